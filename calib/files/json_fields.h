@@ -172,17 +172,11 @@ Value<E> word(std::vector<std::pair<E, const char*>> words) {
           }};
 }
 
-template <class E>
-Value<E> named(const EnumNames<E>& names) {
-  std::vector<std::pair<E, const char*>> words;
-  for (const E one : all_values<E>()) words.emplace_back(one, names[one]);
-  return word(std::move(words));
-}
 /// By its own name.
-template <class E>
+template <class E, char kBetween = '_'>
 Value<E> named() {
   std::vector<std::pair<E, const char*>> words;
-  for (const E one : all_values<E>()) words.emplace_back(one, own_name(one));
+  for (const E one : all_values<E>()) words.emplace_back(one, own_name<kBetween>(one));
   return word(std::move(words));
 }
 template <class E>

@@ -23,15 +23,15 @@ consteval bool is_enumerator() {
   return !printed<kValue>().starts_with('(');
 }
 
-/// "dark_blue" of kDarkBlue, with the zero at its end.
-template <auto kValue>
-consteval auto snake_case() {
+/// "dark_blue" of kDarkBlue for '_' between words, with the zero at its end.
+template <auto kValue, char kBetween>
+consteval auto lower_case() {
   constexpr std::string_view kPrinted = printed<kValue>();
   std::array<char, 2 * kPrinted.size()> name{};
   std::size_t length = 0;
   for (const char c : kPrinted.substr(kPrinted.rfind(':') + 2)) {
     const bool capital = c >= 'A' && c <= 'Z';
-    if (capital && length > 0) name[length++] = '_';
+    if (capital && length > 0) name[length++] = kBetween;
     name[length++] = capital ? static_cast<char>(c - 'A' + 'a') : c;
   }
   return name;
@@ -92,25 +92,26 @@ class EnumTable {
 template <class E>
 using EnumNames = EnumTable<E, const char*>;
 
-template <auto kValue>
-inline constexpr auto kOwnName = snake_case<kValue>();
+template <auto kValue, char kBetween>
+inline constexpr auto kOwnName = lower_case<kValue, kBetween>();
 
-/// The enumerators' own names: another enumerator is another name in files (tests/calib/result/names_test.cc).
-template <class E>
+/// The enumerators' own names: another enumerator is another name in files (tests/calib/result/names_test.cc,
+/// tests/daemon/result/names_test.cc).
+template <class E, char kBetween = '_'>
 inline constexpr EnumNames<E> kOwnNames = [
 ]<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
-  return EnumNames<E>({{E(kIndex), kOwnName<E(kIndex)>.data()}...});
+  return EnumNames<E>({{E(kIndex), kOwnName<E(kIndex), kBetween>.data()}...});
 }
 (std::make_index_sequence<enumerators<E>()>());
 
-/// "touch_scatter" of FindingKind::kTouchScatter, and back; empty for an unknown name.
-template <class E>
+/// "touch_scatter" of FindingKind::kTouchScatter, "touch-scatter" with '-', and back; empty for an unknown name.
+template <char kBetween = '_', class E>
 constexpr const char* own_name(E value) {
-  return kOwnNames<E>[value];
+  return kOwnNames<E, kBetween>[value];
 }
-template <class E>
+template <class E, char kBetween = '_'>
 constexpr std::optional<E> by_own_name(std::string_view name) {
-  return kOwnNames<E>.key_of(name);
+  return kOwnNames<E, kBetween>.key_of(name);
 }
 
 }  // namespace cellcal

@@ -60,24 +60,17 @@ struct FleetPriors {
 
 /// Reason for excluding a calibration from the priors.
 enum class SetAsideKind {
-  kUnreadable,            ///< not a readable calibration
-  kWithheld,              ///< it was not published
-  kOtherNominalGeometry,  ///< different nominal geometry
-  kInconsistent,          ///< parameters and covariance contradict the stated priors
-  kUninformative,         ///< determined by its priors only
-  kSameArm,               ///< another calibration of the same arm counts
-  kTooFar,                ///< farther from nominal than the other arms' spread allows
-  kTooNear                ///< nearer than chance allows
+  kUnreadable,    ///< not a readable calibration
+  kWithheld,      ///< it was not published
+  kOtherDrawing,  ///< different nominal geometry
+  kInconsistent,  ///< parameters and covariance contradict the stated priors
+  kTellsNothing,  ///< determined by its priors only
+  kSameArm,       ///< another calibration of the same arm counts
+  kTooFar,        ///< farther from nominal than the other arms' spread allows
+  kTooNear        ///< nearer than chance allows
 };
-inline constexpr EnumNames<SetAsideKind> kSetAsideKinds{
-    {{SetAsideKind::kUnreadable, "unreadable"},
-     {SetAsideKind::kWithheld, "withheld"},
-     {SetAsideKind::kOtherNominalGeometry, "other_drawing"},
-     {SetAsideKind::kInconsistent, "inconsistent"},
-     {SetAsideKind::kUninformative, "tells_nothing"},
-     {SetAsideKind::kSameArm, "same_arm"},
-     {SetAsideKind::kTooFar, "too_far"},
-     {SetAsideKind::kTooNear, "too_near"}}};
+/// "other_drawing"
+constexpr const char* to_string(SetAsideKind kind) { return own_name(kind); }
 
 struct SetAside {
   std::string name;  ///< of the calibration, as given

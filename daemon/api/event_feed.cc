@@ -192,16 +192,9 @@ json or_null(const std::optional<T>& value, double factor = 1.0) {
 
 std::string hex(std::uint32_t value, int digits) { return fmt::format("{:0{}x}", value, digits); }
 
-const char* name_of(calib::PlanStep step) {
-  using enum calib::PlanStep;
-  static constexpr EnumNames<calib::PlanStep> kTable{
-      {{kReach, "reach"}, {kChoose, "choose"}, {kWays, "ways"}}};
-  return kTable[step];
-}
-
 json to_json(const std::optional<calib::WorkDone>& planning) {
   if (!planning) return nullptr;
-  return {{"step", name_of(planning->step)}, {"done", planning->share}};
+  return {{"step", own_name(planning->step)}, {"done", planning->share}};
 }
 
 json to_json(const drivers::RobotState& robot) {
@@ -348,7 +341,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
              {"reasons", status.reasons},
              {"results", status.results_dir},
              {"arm",
-              {{"motion", kArmMotions[status.arm.motion]},
+              {{"motion", to_string(status.arm.motion)},
                {"packet_age_s", or_null(status.arm.packet_age_s)}}},
              {"links", to_json(status.links)},
              {"version", calib::software_version()},

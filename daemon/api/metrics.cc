@@ -219,7 +219,7 @@ std::string metrics_text(const Status& status, const std::vector<SessionRecord>&
   put_state(out, status);
   out.family("cellcal_arm_motion", "gauge", "1 for what the controller's newest packet shows.");
   for (const ArmMotion one : {ArmMotion::kMoving, ArmMotion::kAtRest, ArmMotion::kUnknown})
-    out.sample(one == status.arm.motion ? 1.0 : 0.0, {{"motion", kArmMotions[one]}});
+    out.sample(one == status.arm.motion ? 1.0 : 0.0, {{"motion", to_string(one)}});
   out.gauge("cellcal_robot_packet_age_seconds", "Age of that packet.", status.arm.packet_age_s);
   out.gauge("cellcal_links_open", "1 while a session holds its devices.",
             status.links && status.links->open ? 1.0 : 0.0);

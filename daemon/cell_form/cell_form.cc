@@ -259,9 +259,7 @@ const Table<ObstacleForm>& obstacle_fields() {
   using Shape = calib::ObstacleShape;
   static const Table<T> kTable{
       field("id", &T::id, word()),
-      field("shape", &T::shape,
-            fields::word<Shape>(
-                {{Shape::kBox, "box"}, {Shape::kCylinder, "cylinder"}, {Shape::kMesh, "mesh"}})),
+      field("shape", &T::shape, fields::named<Shape>()),
       fields::only_of<T>(is_of<Shape::kBox>, field("size_mm", &T::size_mm, stated_triple())),
       fields::only_of<T>(is_of<Shape::kCylinder>,
                          field("diameter_mm", &T::diameter_mm, stated_number())),

@@ -110,23 +110,6 @@ void add_artefacts(const Sources& s, CertificateData& data) {
   data.scale = s.calibration.verdict.scale();
 }
 
-/// In words of a certificate.
-constexpr EnumNames<calib::UncertaintySource> kSourceWords{
-    {{calib::UncertaintySource::kTouches, "say.certificate.source.touches"},
-     {calib::UncertaintySource::kCertifiedLengths, "say.certificate.source.lengths"},
-     {calib::UncertaintySource::kDiameters, "say.certificate.source.diameters"},
-     {calib::UncertaintySource::kEffectiveRadius, "say.certificate.source.effective_radius"},
-     {calib::UncertaintySource::kLatchDelay, "say.certificate.source.latch_delay"},
-     {calib::UncertaintySource::kTool, "say.certificate.source.tool"},
-     {calib::UncertaintySource::kArmLengths, "say.certificate.source.arm_lengths"},
-     {calib::UncertaintySource::kArmAngles, "say.certificate.source.arm_angles"},
-     {calib::UncertaintySource::kLinearUnit, "say.certificate.source.linear_unit"},
-     {calib::UncertaintySource::kTransmission, "say.certificate.source.transmission"},
-     {calib::UncertaintySource::kLoads, "say.certificate.source.loads"},
-     {calib::UncertaintySource::kPlaces, "say.certificate.source.places"},
-     {calib::UncertaintySource::kRipple, "say.certificate.source.ripple"},
-     {calib::UncertaintySource::kModel, "say.certificate.source.model"}}};
-
 /// Value computed from two others of the calibration.
 Entry of_two(const Sources& s, const char* function, const std::string& a, const std::string& b,
              const std::string& unit, int decimals, double (*compute)(double, double)) {
@@ -166,7 +149,7 @@ void add_budget(const Sources& s, CertificateData& data) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::string at = fmt::format("/uncertainty/{}/", i);
     const std::string unit = calib::unit_of(lines[i].source).name;
-    BudgetLine line{kSourceWords[lines[i].source], {}, {}, {}};
+    BudgetLine line{"say.certificate.source." + std::string(own_name(lines[i].source)), {}, {}, {}};
     line.contribution = s.number(kCalibration, at + key, "mm", kDecimals);
     if (lines[i].sigma > 0.0) {
       line.sigma = s.number(kCalibration, at + "sigma", unit, kDecimals);
@@ -306,8 +289,8 @@ void add_conditions(const Sources& s, CertificateData& data) {
     const bool begins = change.from == Phase::kIdle;
     const bool breaks = change.to == Phase::kRecovering || change.to == Phase::kAborted ||
                         change.to == Phase::kFailed;
-    const bool resumed =
-        (begins && begun) || (change.from == Phase::kWatching && change.to == Phase::kReferencing);
+    const bool resumed = (begins && begun) || (change.from == Phase::kWatchingTheLinks &&
+                                               change.to == Phase::kReferencing);
     begun = begun || begins;
     if (!breaks && !resumed) continue;
     const auto column = [&](const char* name, const std::string& text) {

@@ -17,7 +17,6 @@
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "calib/model/enum_table.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon::signing {
@@ -174,17 +173,6 @@ void refuse_others(const fs::path& directory, Kind kind, const Sums& sums) {
 }
 
 }  // namespace
-
-const char* to_string(Why why) {
-  using enum NotVerified::Why;
-  static constexpr EnumNames<Why> kTable{{{kNoSignature, "no_signature"},
-                                          {kDamagedSignature, "damaged_signature"},
-                                          {kOtherKey, "other_key"},
-                                          {kChangedFile, "changed_file"},
-                                          {kNotListed, "not_listed"},
-                                          {kMissingFile, "missing_file"}}};
-  return kTable[why];
-}
 
 void sign_files(const fs::path& directory, const std::vector<std::string>& names,
                 Statement statement, const PrivateKey& key, Kind kind) {

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/model/enum_table.h"
+
 namespace cellcal::daemon::signing {
 
 // Keys and signatures by Ed25519 (RFC 8032). Files are PEM, as written by 'openssl genpkey -algorithm
@@ -97,7 +99,7 @@ struct NotVerified : std::runtime_error {
   Why why;
 };
 /// "changed_file"
-const char* to_string(NotVerified::Why why);
+constexpr const char* to_string(NotVerified::Why why) { return own_name(why); }
 
 /// True if the directory contains a signature of that kind, valid or not.
 bool has_signature(const std::filesystem::path& directory, Kind kind);

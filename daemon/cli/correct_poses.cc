@@ -30,15 +30,6 @@ using calib::NotReached;
 using calib::Reach;
 using calib::Reached;
 
-const char* name_of(calib::Unreached why) {
-  using enum calib::Unreached;
-  static constexpr EnumNames<calib::Unreached> kTable{{{kNotANumber, "not_a_number"},
-                                                       {kTooFar, "too_far"},
-                                                       {kBeyondLimit, "beyond_limit"},
-                                                       {kNearSingularity, "near_singularity"}}};
-  return kTable[why];
-}
-
 /// In the base frame; on an axis of the positioner from where it is as found.
 Eigen::Isometry3d in_base(const calib::Calibration& calibration, const calib::PoseRow& row,
                           int carriers) {
@@ -89,7 +80,7 @@ nlohmann::json reach_json(const calib::Robot& robot, const Reach& reach,
                           const calib::Predictor& predictor, std::span<const double> carrier_rad) {
   nlohmann::json one;
   if (const auto* reason = std::get_if<NotReached>(&reach)) {
-    one["unreached"] = {{"why", name_of(reason->why)}, {"words", calib::words(*reason, robot)}};
+    one["unreached"] = {{"why", own_name(reason->why)}, {"words", calib::words(*reason, robot)}};
     if (reason->joint >= 0) {
       const calib::Joint& joint = robot.joints[static_cast<std::size_t>(reason->joint)];
       one["unreached"]["joint"] = joint.name;

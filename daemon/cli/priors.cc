@@ -120,12 +120,10 @@ long next_version(const fs::path& after, const std::string& nominal_geometry) {
   return earlier.version + 1;
 }
 
-std::string name_of(calib::SetAsideKind kind) { return calib::kSetAsideKinds[kind]; }
-
 ordered_json as_json(const std::vector<calib::SetAside>& all) {
   ordered_json list = ordered_json::array();
   for (const calib::SetAside& one : all) {
-    ordered_json item{{"file", one.name}, {"kind", name_of(one.kind)}};
+    ordered_json item{{"file", one.name}, {"kind", to_string(one.kind)}};
     if (one.kind == calib::SetAsideKind::kSameArm) item["as"] = one.other;
     if (one.directions > 0) {
       item["chi2"] = one.chi2;
@@ -293,11 +291,11 @@ std::string set_aside_words(const calib::SetAside& one) {
       return fmt::format("{}: cannot be read. {}", name, other);
     case SetAsideKind::kWithheld:
       return name + ": withheld, not used. Priors are learned from published calibrations";
-    case SetAsideKind::kOtherNominalGeometry:
+    case SetAsideKind::kOtherDrawing:
       return name + ": nominal geometry of another robot model. Learn its priors separately";
     case SetAsideKind::kInconsistent:
       return name + ": parameters and covariance are inconsistent. Replay its session";
-    case SetAsideKind::kUninformative:
+    case SetAsideKind::kTellsNothing:
       return name + ": determined by the prior alone. It needs more touches";
     case SetAsideKind::kSameArm:
       return fmt::format("{}: same arm as {}. Only that one is used", name, other);

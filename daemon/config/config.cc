@@ -368,7 +368,7 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
 DaemonConfig read(const TomlTable& table) {
   DaemonConfig config;
   table.word("format", {kFormat});
-  config.backend = kBackends.key_of(table.word("backend", {"rsi", "eki", "mock"})).value();
+  config.backend = by_own_name<BackendKind>(table.word("backend", {"rsi", "eki", "mock"})).value();
   config.state_dir = table.has("state_dir") ? read_path(table, "state_dir") : kDefaultState;
   config.socket = table.has("socket") ? read_path(table, "socket") : kDefaultSocket;
   if (config.socket.string().size() >= sizeof(sockaddr_un::sun_path)) {

@@ -26,8 +26,7 @@
 namespace cellcal::daemon {
 
 enum class BackendKind { kRsi, kEki, kMock };
-inline constexpr EnumNames<BackendKind> kBackends{
-    {{BackendKind::kRsi, "rsi"}, {BackendKind::kEki, "eki"}, {BackendKind::kMock, "mock"}}};
+constexpr const char* to_string(BackendKind kind) { return own_name(kind); }
 /// Protocol of the controller.
 enum class WireKind { kRsi, kEki };
 

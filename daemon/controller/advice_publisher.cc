@@ -144,17 +144,6 @@ void AdvicePublisher::stop() {
 
 using calib::DriftAdvice;
 
-const char* to_string(Advice advice) {
-  using enum Advice;
-  static constexpr EnumNames<Advice> kTable{{{kUnknown, "unknown"},
-                                             {kHolds, "holds"},
-                                             {kCheckAgain, "check_again"},
-                                             {kLetItWarmUp, "let_it_warm_up"},
-                                             {kRemeasureTcp, "re_measure_tcp"},
-                                             {kRecalibrate, "recalibrate"}}};
-  return kTable[advice];
-}
-
 int day_number(double utc_s) {
   using namespace std::chrono;
   const year_month_day day{
@@ -170,7 +159,7 @@ PublishedAdvice advice_of(const calib::DriftChart& chart, double now_s) {
   static constexpr EnumTable<DriftAdvice, Advice> kTable{{{kNone, Advice::kUnknown},
                                                           {kCheckAgain, Advice::kCheckAgain},
                                                           {kLetItWarmUp, Advice::kLetItWarmUp},
-                                                          {kReMeasureTcp, Advice::kRemeasureTcp},
+                                                          {kReMeasureTcp, Advice::kReMeasureTcp},
                                                           {kRecalibrate, Advice::kRecalibrate}}};
   const calib::CheckMeasurement* decided = chart.newest_decided();
   // An undecided check does not lower the advice of the one before, which did not hold.

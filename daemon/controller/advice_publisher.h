@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "calib/model/enum_table.h"
 #include "calib/result/drift_chart.h"
 #include "drivers/kuka/eki/eki_aside.h"
 
@@ -23,10 +24,10 @@ enum class Advice : int {
   kHolds = 1,    ///< the newest check passed, and the control chart raises no objection
   kCheckAgain = 2,
   kLetItWarmUp = 3,
-  kRemeasureTcp = 4,
+  kReMeasureTcp = 4,
   kRecalibrate = 5,
 };
-const char* to_string(Advice advice);
+constexpr const char* to_string(Advice advice) { return own_name(advice); }
 
 struct PublishedAdvice {
   Advice advice = Advice::kUnknown;

@@ -256,11 +256,6 @@ using nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.frames/1";
 constexpr int kMostNumber = 128;  // of TOOL_DATA and BASE_DATA on any controller
-constexpr EnumNames<FrameOutcome> kOutcomeNames{{{FrameOutcome::kSet, "set"},
-                                                 {FrameOutcome::kDiffers, "differs"},
-                                                 {FrameOutcome::kRefused, "refused"},
-                                                 {FrameOutcome::kNotSent, "not sent"},
-                                                 {FrameOutcome::kUnknown, "unknown"}}};
 
 FrameRecord record_from(const json& one) {
   FrameRecord record;
@@ -287,15 +282,13 @@ FrameRecord record_from(const json& one) {
   record.sent = values(one.at("sent"));
   if (!one.at("read_back").is_null()) record.read_back = values(one.at("read_back"));
   if (!one.at("restores").is_null()) record.restores = one.at("restores").get<int>();
-  const auto outcome = kOutcomeNames.key_of(one.at("outcome").get<std::string>());
+  const auto outcome = by_own_name<FrameOutcome, ' '>(one.at("outcome").get<std::string>());
   if (!outcome) throw std::runtime_error("unknown outcome");
   record.outcome = *outcome;
   return record;
 }
 
 }  // namespace
-
-const char* to_string(FrameOutcome outcome) { return kOutcomeNames[outcome]; }
 
 std::string to_string(const FrameName& name) {
   return fmt::format("{}[{}]", name.kind == EkiFrameKind::kTool ? "TOOL_DATA" : "BASE_DATA",

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "drivers/kuka/eki/eki_aside.h"
 
 namespace cellcal::daemon {
@@ -24,7 +25,8 @@ enum class FrameOutcome {
   kNotSent,  ///< unchanged
   kUnknown,
 };
-const char* to_string(FrameOutcome outcome);
+/// "not sent"
+constexpr const char* to_string(FrameOutcome outcome) { return own_name<' '>(outcome); }
 
 struct FrameName {
   drivers::EkiFrameKind kind = drivers::EkiFrameKind::kTool;

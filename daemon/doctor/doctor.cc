@@ -23,7 +23,7 @@ std::optional<DaemonConfig> examine_config(const DoctorRequest& request, Finding
     DaemonConfig config = load_config(request.config);
     findings.ok("configuration",
                 {"say.doctor.config",
-                 {{"file", request.config.string()}, {"backend", kBackends[config.backend]}}});
+                 {{"file", request.config.string()}, {"backend", to_string(config.backend)}}});
     return config;
   } catch (const std::exception& error) {
     findings.fail("configuration", error.what(), "say.doctor.config.do");
@@ -62,7 +62,7 @@ void examine(const DoctorRequest& request, Findings& findings) {
 void examine_from_within(const DoctorRequest& request, const DaemonConfig& config,
                          Findings& findings) {
   findings.ok("configuration",
-              {"say.doctor.config.loaded", {{"backend", kBackends[config.backend]}}});
+              {"say.doctor.config.loaded", {{"backend", to_string(config.backend)}}});
   const std::optional<calib::Cell> cell = examine_cell(request, config, findings);
   if (request.stop.stop_requested()) return;
   std::optional<ProcessRights> rights = rights_of_process(::getpid());

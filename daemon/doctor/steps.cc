@@ -32,26 +32,6 @@ const std::optional<StepEvidence>& step_evidence(const Evidence& evidence, SetUp
 
 }  // namespace
 
-const char* to_string(SetUpStep step) {
-  using enum SetUpStep;
-  static constexpr EnumNames<SetUpStep> kTable{{{kCell, "cell"},
-                                                {kRobot, "robot"},
-                                                {kSpheres, "spheres"},
-                                                {kDoctor, "doctor"},
-                                                {kQualify, "qualify"},
-                                                {kDryRun, "dry-run"},
-                                                {kFirst, "first"},
-                                                {kCalibration, "calibration"}}};
-  return kTable[step];
-}
-
-const char* to_string(StepState state) {
-  using enum StepState;
-  static constexpr EnumNames<StepState> kTable{
-      {{kTodo, "todo"}, {kDone, "done"}, {kWrong, "wrong"}}};
-  return kTable[state];
-}
-
 std::vector<StepSeen> steps_of(const Evidence& evidence) {
   std::vector<StepSeen> steps;
   for (const SetUpStep step : kAllSteps) {

@@ -15,16 +15,15 @@ namespace cellcal::daemon {
 
 enum class SetUpStep { kCell, kRobot, kSpheres, kDoctor, kQualify, kDryRun, kFirst, kCalibration };
 inline constexpr auto kAllSteps = all_values<SetUpStep>();
-/// "cell", "robot", ...
-const char* to_string(SetUpStep step);
+/// "dry-run"
+constexpr const char* to_string(SetUpStep step) { return own_name<'-'>(step); }
 
 enum class StepState {
   kTodo,
   kDone,
   kWrong,  ///< attempted, and failed
 };
-/// "todo", "done", "wrong".
-const char* to_string(StepState state);
+constexpr const char* to_string(StepState state) { return own_name(state); }
 
 /// Result of one inspection; none: not made yet.
 struct StepEvidence {

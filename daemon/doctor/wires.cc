@@ -526,8 +526,9 @@ Phrase contact_link_phrase(const json& contact) {
 }
 
 ArmMotion motion_of(const json& arm) {
-  return arm.is_object() ? kArmMotions.key_of(text_in(arm, "motion")).value_or(ArmMotion::kUnknown)
-                         : ArmMotion::kUnknown;
+  return arm.is_object()
+             ? by_own_name<ArmMotion, ' '>(text_in(arm, "motion")).value_or(ArmMotion::kUnknown)
+             : ArmMotion::kUnknown;
 }
 
 Phrase arm_phrase(const json& arm) {

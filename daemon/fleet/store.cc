@@ -3,7 +3,6 @@
 #include <array>
 #include <tuple>
 
-#include "calib/model/enum_table.h"
 #include "daemon/fleet/connection.h"
 
 namespace cellcal::daemon::fleet {
@@ -241,17 +240,6 @@ std::vector<std::string> drop_months(pqxx::connection& connection, int telemetry
   return for_each_table(
       connection, kDroppingWaits, "dropping old months",
       [&](pqxx::work& work, const char* table) { drop_old(work, table, telemetry_months); });
-}
-
-const char* to_string(Refusal refusal) {
-  using enum Refusal;
-  static constexpr EnumNames<Refusal> kTable{{{kTopic, "topic"},
-                                              {kSize, "size"},
-                                              {kRate, "rate"},
-                                              {kMessage, "message"},
-                                              {kBound, "bound"},
-                                              {kDatabase, "database"}}};
-  return kTable[refusal];
 }
 
 Written& Written::operator+=(const Written& other) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 
@@ -23,7 +24,7 @@ enum class Refusal {
   kBound,    ///< more cells than a plant has, more journals or more scattered numbers than a cell
   kDatabase  ///< PostgreSQL does not take it
 };
-const char* to_string(Refusal refusal);
+constexpr const char* to_string(Refusal refusal) { return own_name(refusal); }
 
 struct Refused {
   plant::CellName of;  ///< by its topic; empty: none

@@ -23,8 +23,6 @@ constexpr std::int64_t kDroppedShare = 10;
 
 constexpr const char* kBytes = "length(CAST(body AS BLOB))";
 
-const char* worth_name(Worth worth) { return worth == Worth::kResult ? "result" : "telemetry"; }
-
 std::int64_t bytes_of(const Report& report) {
   return static_cast<std::int64_t>(report.body.size()) + kOutboxRowBytes;
 }
@@ -54,7 +52,7 @@ void begin_source(Database& database) {
     const Report notice = dropped(waiting.integer(1), waiting.integer(2), waiting.integer(3));
     // In the place of the last: the journal that this is a copy of may use the next number.
     database.run("UPDATE outbox SET session=0, kind=?, worth=?, body=? WHERE number=?", notice.kind,
-                 worth_name(notice.worth), notice.body, waiting.integer(0));
+                 own_name(notice.worth), notice.body, waiting.integer(0));
     database.execute("DELETE FROM outbox WHERE worth='telemetry'");
   }
   name_source(database);
@@ -161,7 +159,7 @@ void OutboxRows::rewrite(std::int64_t row, const Report& report) {
   };
   take(-(before.integer(0) + kOutboxRowBytes), before.text(1) == "telemetry");
   database_.run("UPDATE outbox SET kind=?, worth=?, body=? WHERE number=?", report.kind,
-                worth_name(report.worth), report.body, row);
+                own_name(report.worth), report.body, row);
   take(bytes_of(report), report.worth == Worth::kTelemetry);
 }
 
@@ -201,7 +199,7 @@ void OutboxRows::add(std::int64_t session, const std::string& time, const Report
   database_.run(
       "INSERT INTO outbox (session, time, kind, worth, body) VALUES "
       "(?,coalesce(nullif(?,''),strftime('%Y-%m-%dT%H:%M:%fZ','now')),?,?,?)",
-      session, time, report.kind, worth_name(report.worth), report.body);
+      session, time, report.kind, own_name(report.worth), report.body);
   now_.newest = database_.last_row_id() - first_ + 1;
   ++now_.rows;
   now_.bytes += bytes_of(report);
@@ -291,7 +289,7 @@ std::vector<WaitingReport> OutboxRows::waiting(std::int64_t after, std::size_t m
   std::vector<WaitingReport> rows;
   std::size_t bytes = 0;
   while (bytes < kMostAtOnce && select.step()) {
-    const Worth worth = select.text(6) == "result" ? Worth::kResult : Worth::kTelemetry;
+    const Worth worth = by_own_name<Worth>(select.text(6)).value_or(Worth::kTelemetry);
     rows.push_back({select.integer(0),
                     select.text(1),
                     select.integer(2),

@@ -45,9 +45,8 @@ enum class RecordState {
 };
 inline constexpr auto kRecordStates = all_values<RecordState>();
 
-/// "running", "interrupted", "aborted", "failed", "done", "damaged": as in the database and the
-/// API.
-const char* to_string(RecordState state);
+/// "running", as in the database and the API.
+constexpr const char* to_string(RecordState state) { return own_name(state); }
 /// Returns kDamaged for an unknown text.
 RecordState record_state_of(std::string_view text);
 

@@ -12,13 +12,6 @@ namespace cellcal::daemon {
 
 namespace {
 
-constexpr EnumNames<RecordState> kStateNames{{{RecordState::kRunning, "running"},
-                                              {RecordState::kInterrupted, "interrupted"},
-                                              {RecordState::kAborted, "aborted"},
-                                              {RecordState::kFailed, "failed"},
-                                              {RecordState::kDone, "done"},
-                                              {RecordState::kDamaged, "damaged"}}};
-
 constexpr std::int64_t kNewest = std::numeric_limits<std::int64_t>::max();
 
 constexpr const char* kSelectSession =
@@ -57,14 +50,12 @@ SessionRecord session_from(Statement& row, bool with_texts) {
 
 }  // namespace
 
-const char* to_string(RecordState state) { return kStateNames[state]; }
-
 std::string SessionRecord::failure_words(const calib::Language& language) const {
   return failure_said.empty() ? failure : calib::words(failure_said, language);
 }
 
 RecordState record_state_of(std::string_view text) {
-  return kStateNames.key_of(text).value_or(RecordState::kDamaged);
+  return by_own_name<RecordState>(text).value_or(RecordState::kDamaged);
 }
 
 std::optional<SessionRecord> Journal::Impl::as_stored(std::int64_t session, bool with_texts) {

@@ -338,7 +338,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   const Watchdog watchdog(context, service, systemd);
   advice.start();
   spdlog::info("cellcald {} listens on {}, backend {}", calib::software_version(),
-               config.socket.string(), kBackends[config.backend]);
+               config.socket.string(), to_string(config.backend));
   sd_notify(0, "READY=1\nSTATUS=idle");
   context.run();
   spdlog::info("stopped");

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 
-#include "calib/model/enum_table.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "daemon/session/interruption.h"
@@ -121,18 +120,6 @@ std::vector<QualificationFinding> findings_of(const Qualification& q) {
 }
 
 }  // namespace
-
-constexpr EnumNames<QualificationFinding> kFindingNames{
-    {{QualificationFinding::kNoiseAboveStated, "noise-above-stated"},
-     {QualificationFinding::kOvertravelTooLong, "overtravel-too-long"},
-     {QualificationFinding::kDelayNotAsStated, "delay-not-as-stated"},
-     {QualificationFinding::kRadiusNotAsStated, "radius-not-as-stated"}}};
-
-const char* to_string(QualificationFinding finding) { return kFindingNames[finding]; }
-
-std::optional<QualificationFinding> qualification_finding(const std::string& name) {
-  return kFindingNames.key_of(name);
-}
 
 Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> readings,
                       double fast_m_s, double slow_m_s, const StatedContact& stated,

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/plan/plan.h"
 #include "calib/words/phrase.h"
 #include "daemon/result/contact_delay.h"
@@ -54,9 +55,12 @@ enum class QualificationFinding {
   kDelayNotAsStated,
   kRadiusNotAsStated,
 };
-const char* to_string(QualificationFinding finding);
+/// "delay-not-as-stated"
+constexpr const char* to_string(QualificationFinding finding) { return own_name<'-'>(finding); }
 /// None for an unknown name.
-std::optional<QualificationFinding> qualification_finding(const std::string& name);
+constexpr std::optional<QualificationFinding> qualification_finding(std::string_view name) {
+  return by_own_name<QualificationFinding, '-'>(name);
+}
 
 struct Qualification {
   std::string target;

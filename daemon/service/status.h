@@ -36,9 +36,8 @@ enum class ArmMotion : std::uint8_t {
   kAtRest,
   kMoving,
 };
-inline constexpr EnumNames<ArmMotion> kArmMotions{{{ArmMotion::kUnknown, "unknown"},
-                                                   {ArmMotion::kAtRest, "at rest"},
-                                                   {ArmMotion::kMoving, "moving"}}};
+/// "at rest"
+constexpr const char* to_string(ArmMotion motion) { return own_name<' '>(motion); }
 
 struct ArmSeen {
   ArmMotion motion = ArmMotion::kUnknown;

@@ -11,6 +11,7 @@
 #include <string>
 #include <variant>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/touch.h"
 #include "calib/plan/touch_sequence.h"
 #include "daemon/session/event.h"
@@ -154,6 +155,6 @@ struct RecordCause {
 };
 
 /// "trip", "contact", "revoked", "release".
-const char* to_string(drivers::ContactEventKind kind);
+constexpr const char* to_string(drivers::ContactEventKind kind) { return own_name(kind); }
 
 }  // namespace cellcal::daemon

@@ -56,7 +56,7 @@ enum class EventKind : std::uint8_t {
 
 inline constexpr auto kAllEvents = all_values<EventKind>();
 
-const char* to_string(EventKind kind);
+constexpr const char* to_string(EventKind kind) { return own_name<' '>(kind); }
 EventKind event_of(drivers::MoveOutcome outcome);
 
 /// Set of events, as named by one row of the table.

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "calib/model/enum_table.h"
 #include "calib/words/phrase.h"
 #include "drivers/robot.h"
 
@@ -43,8 +44,8 @@ enum class FailureKind {
   kUnexpectedEvent,  ///< an event that the table does not list for this phase
 };
 
-/// Hyphenated name, e.g. "no-contact", as used by the journal and the API.
-const char* to_string(FailureKind kind);
+/// "no-contact", as used by the journal and the API.
+constexpr const char* to_string(FailureKind kind) { return own_name<'-'>(kind); }
 
 struct Failure {
   FailureKind kind = FailureKind::kUnexpectedEvent;

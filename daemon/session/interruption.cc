@@ -145,7 +145,7 @@ ResumePath resume_path(const State& state) {
   if (state.plan->touches.empty()) return ResumePath::kNone;
   // Behind the last touch of a plan no route leads on from the contact.
   const std::size_t made = state.done + (state.phase == Phase::kRecording ? 1 : 0);
-  const bool kept = state.phase == Phase::kReferencing || state.phase == Phase::kWatching;
+  const bool kept = state.phase == Phase::kReferencing || state.phase == Phase::kWatchingTheLinks;
   if (!state.one_by_one && !kept && made < state.plan->touches.size()) return ResumePath::kNone;
   switch (state.phase) {
     case Phase::kArmingFast:  // after noise it is near the surface
@@ -159,7 +159,7 @@ ResumePath resume_path(const State& state) {
     case Phase::kRetreat:
       return state.one_by_one && state.leads_on ? ResumePath::kNone : ResumePath::kToClear;
     case Phase::kReferencing:
-    case Phase::kWatching:
+    case Phase::kWatchingTheLinks:
       return state.resume_path;
     case Phase::kFreeing:  // out of a contact, by the path alone or as a resumed session
       return state.resume_path;
@@ -197,7 +197,8 @@ void interrupt(State& state, const Event& event, Actions& actions) {
   // At the sphere being searched a contact is expected on the first move; elsewhere it is not.
   constexpr Phases kAtTheSphere{Phase::kFreeing,    Phase::kFastSearch, Phase::kBackingOff,
                                 Phase::kSlowSearch, Phase::kRecording,  Phase::kRetreat};
-  constexpr Phases kBeforeTheFirstMove{Phase::kReferencing, Phase::kRouting, Phase::kWatching};
+  constexpr Phases kBeforeTheFirstMove{Phase::kReferencing, Phase::kRouting,
+                                       Phase::kWatchingTheLinks};
   // A retreat that leads on to the next touch counts as at the sphere while in contact.
   const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact;
   if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase) && !gone;

@@ -101,7 +101,7 @@ PhaseTimes phase_times(std::span<const TimedChange> changes) {
                  std::max(0.0, now.clock_s - last->clock_s));  // another daemon's clock
       // From the watch it goes back to the same wait.
       times.interruptions +=
-          now.change.to == Phase::kRecovering && phase != Phase::kWatching ? 1 : 0;
+          now.change.to == Phase::kRecovering && phase != Phase::kWatchingTheLinks ? 1 : 0;
       times.touches += phase == Phase::kRecording && !is_final(now.change.to) ? 1 : 0;
     } else {
       stay = {};

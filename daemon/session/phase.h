@@ -32,9 +32,9 @@ enum class Phase : std::uint8_t {
   kReturning,   ///< from the last clear point back to the plan's start
   kIdentifying,
   kReporting,
-  kRecovering,  ///< harmlessly interrupted, arm at rest: waits for both links
-  kWatching,    ///< links are up: observed for a while, self-test of the sensor; no motion yet
-  kStopping,    ///< stop commanded, waiting for rest
+  kRecovering,        ///< harmlessly interrupted, arm at rest: waits for both links
+  kWatchingTheLinks,  ///< links are up: observed for a while, self-test of the sensor; no motion yet
+  kStopping,          ///< stop commanded, waiting for rest
   kDone,
   kAborted,
   kFailed,
@@ -42,10 +42,12 @@ enum class Phase : std::uint8_t {
 
 inline constexpr auto kAllPhases = all_values<Phase>();
 
-/// Lower-case identifier, e.g. "fast search".
-const char* to_string(Phase phase);
+/// "fast search"
+constexpr const char* to_string(Phase phase) { return own_name<' '>(phase); }
 /// Inverse of to_string(); none for an unknown name.
-std::optional<Phase> phase_of(std::string_view name);
+constexpr std::optional<Phase> phase_of(std::string_view name) {
+  return by_own_name<Phase, ' '>(name);
+}
 
 struct PhaseChange {
   Phase from = Phase::kIdle, to = Phase::kIdle;
@@ -79,7 +81,8 @@ inline constexpr Phases kStandingPhases{Phase::kReferencing, Phase::kRouting,   
                                         Phase::kArmingFast,  Phase::kArmingSlow, Phase::kRecording,
                                         Phase::kChoosing};
 /// Devices are open, the arm is at rest, and a link may be down.
-inline constexpr Phases kAwaitingPhases{Phase::kConnecting, Phase::kRecovering, Phase::kWatching};
+inline constexpr Phases kAwaitingPhases{Phase::kConnecting, Phase::kRecovering,
+                                        Phase::kWatchingTheLinks};
 /// No device is open.
 inline constexpr Phases kThinkingPhases{Phase::kPlanning, Phase::kIdentifying, Phase::kReporting};
 inline constexpr Phases kFinalPhases{Phase::kDone, Phase::kAborted, Phase::kFailed};

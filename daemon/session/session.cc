@@ -91,7 +91,7 @@ constexpr Phases kArming{kArmingFast, kArmingSlow};
 constexpr Phases kSearching{kFastSearch, kSlowSearch};
 constexpr Phases kNotUnderWay = kFinalPhases | Phases{kIdle};
 constexpr Phases kPausing{kRouting, kProving, kArmingFast, kArmingSlow, kChoosing};
-constexpr Phases kInterrupted{kRecovering, kWatching};
+constexpr Phases kInterrupted{kRecovering, kWatchingTheLinks};
 /// Moves that a link can end without a fault of robot or sensor.
 constexpr Events kInterrupting{E::kRobotSilent, E::kContactSilent, E::kRefused};
 constexpr std::optional<Phase> kStay = std::nullopt;
@@ -199,23 +199,23 @@ Transition{kMovingPhases,  E::kLinks,        all<move_held, paused, after_last>,
 Transition{kMovingPhases,  E::kLinks,        all<move_held, paused>, "not begun, harmless",     kRecovering,  interrupt, "at rest: wait for the link"},
 Transition{kPausing | Phases{kReferencing}, E::kLinks, late_and_may_go_on, "this computer was late", kRecovering, interrupt, "at rest: wait for the links"},
 Transition{kPausing,       E::kLinks,        paused, "harmless, and retries left",       kRecovering,  interrupt, "at rest: wait for the link"},
-Transition{Phases(kReferencing, kWatching), E::kLinks, paused_again, "harmless, and retries left", kRecovering, interrupt, "at rest: wait for the link"},
+Transition{Phases(kReferencing, kWatchingTheLinks), E::kLinks, paused_again, "harmless, and retries left", kRecovering, interrupt, "at rest: wait for the link"},
 Transition{kInterrupted,   E::kLinks,        other_session, "another session",           kFailed,      fail_interrupted<Setback::kOtherSession>, "the controller has stopped meanwhile"},
 Transition{kInterrupted,   E::kLinks,        contact_faulty, "sensor faulty or lost",    kFailed,      fail_of_sensor, "sensor's words"},
 Transition{kInterrupted,   E::kLinks,        touched_meanwhile, "contact where none was made", kFailed, fail<F::kUnexpectedContact>, "contact outside a search"},
 Transition{kRecovering,    E::kLinks,        robot_doubtful_meanwhile, "robot lost, or stopped", kFailed, fail_interrupted<Setback::kRobotToo>, "not this computer alone"},
 Transition{kInterrupted,   E::kLinks,        sensor_was_silent, "the sensor was silent itself", kFailed, fail_interrupted<Setback::kSensorSilent>, "no heartbeat of the sensor"},
 Transition{kRecovering,    E::kLinks,        all<computer_blamed, after_last>, "sent in time, all touches made", kIdentifying, blame_computer_and_identify, "the arm stays where it is; close the devices; identify"},
-Transition{kRecovering,    E::kLinks,        computer_blamed_and_back, "sent in time, both back", kWatching, blame_computer_and_watch, "observe them; self-test of the sensor"},
+Transition{kRecovering,    E::kLinks,        computer_blamed_and_back, "sent in time, both back", kWatchingTheLinks, blame_computer_and_watch, "observe them; self-test of the sensor"},
 Transition{kRecovering,    E::kLinks,        computer_blamed, "sent in time, late here",  kStay,        blame_computer, "at rest: wait for the links"},
-Transition{kRecovering,    E::kLinks,        both_back, "both back",                     kWatching,    watch_links, "observe them; self-test of the sensor"},
+Transition{kRecovering,    E::kLinks,        both_back, "both back",                     kWatchingTheLinks, watch_links, "observe them; self-test of the sensor"},
 Transition{kRecovering,    E::kDeadline,     only_sensor_missing, "this computer is still busy", kStay,     wait_longer, "a busy spell ends by itself"},
 Transition{kRecovering,    E::kDeadline,     nullptr, "",                                kFailed,      fail_interrupted<Setback::kNotBack>, "requires an operator"},
-Transition{kWatching,      E::kLinks,        robot_doubtful, "robot lost, or stopped",   kFailed,      fail_interrupted<Setback::kAgain>, "not sound"},
-Transition{kWatching,      E::kLinks,        late_again, "late again",                   kStay,        watch_links, "observe them again; self-test of the sensor"},
-Transition{kWatching,      E::kDeadline,     both_proven, "both proven",                 kReferencing, rereference, "take the arm's actual position as the starting point"},
-Transition{kWatching,      E::kDeadline,     may_wait_longer, "this computer is still busy", kRecovering, wait_longer, "at rest: wait for the links"},
-Transition{kWatching,      E::kDeadline,     nullptr, "",                                kFailed,      fail_interrupted<Setback::kAgain>, "not sound"},
+Transition{kWatchingTheLinks, E::kLinks,        robot_doubtful, "robot lost, or stopped",   kFailed,      fail_interrupted<Setback::kAgain>, "not sound"},
+Transition{kWatchingTheLinks, E::kLinks,        late_again, "late again",                   kStay,        watch_links, "observe them again; self-test of the sensor"},
+Transition{kWatchingTheLinks, E::kDeadline,     both_proven, "both proven",                 kReferencing, rereference, "take the arm's actual position as the starting point"},
+Transition{kWatchingTheLinks, E::kDeadline,     may_wait_longer, "this computer is still busy", kRecovering, wait_longer, "at rest: wait for the links"},
+Transition{kWatchingTheLinks, E::kDeadline,     nullptr, "",                                kFailed,      fail_interrupted<Setback::kAgain>, "not sound"},
 // a move waits until everything recorded before it is on disk; the arm rests meanwhile
 Transition{kMovingPhases,  E::kJournalSound, nullptr, "",                                kStay,        release_move, "all is on disk: begin the move"},
 Transition{kMovingPhases,  E::kAbort,        move_held, "move not begun",                kAborted,     close_and_end, "close the devices; record the end"},

@@ -12,7 +12,6 @@
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/update.h"
-#include "calib/model/enum_table.h"
 #include "calib/model/long_work.h"
 #include "calib/verdict/change.h"
 
@@ -27,16 +26,6 @@ struct nlohmann::adl_serializer<std::optional<double>> {
 };
 
 namespace cellcal::daemon {
-
-constexpr EnumNames<SessionKind> kKindNames{{{SessionKind::kCalibrate, "calibrate"},
-                                             {SessionKind::kQualify, "qualify"},
-                                             {SessionKind::kCheck, "check"},
-                                             {SessionKind::kFind, "find"},
-                                             {SessionKind::kDryRun, "dry-run"}}};
-
-const char* to_string(SessionKind kind) { return kKindNames[kind]; }
-
-std::optional<SessionKind> session_kind(std::string_view name) { return kKindNames.key_of(name); }
 
 // Form used by the journal.
 void to_json(nlohmann::json& json, SessionKind kind) { json = to_string(kind); }

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/robot.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/result/calibration.h"
@@ -25,9 +26,12 @@ enum class SessionKind {
   kFind,       ///< touches that locate the spheres
   kDryRun      ///< the complete path of a calibration, slowly, without contact
 };
-const char* to_string(SessionKind kind);
+/// "dry-run"
+constexpr const char* to_string(SessionKind kind) { return own_name<'-'>(kind); }
 /// None: unknown kind.
-std::optional<SessionKind> session_kind(std::string_view name);
+constexpr std::optional<SessionKind> session_kind(std::string_view name) {
+  return by_own_name<SessionKind, '-'>(name);
+}
 
 inline constexpr int kPlannedTouches = 50, kMostChosen = 200;
 

@@ -164,52 +164,16 @@ std::string local_time(UtcSeconds at) {
 
 namespace {
 
-constexpr EnumNames<Verb> kVerbs{{{Verb::kBegun, "begun"},
-                                  {Verb::kResumed, "resumed"},
-                                  {Verb::kWaiting, "waiting"},
-                                  {Verb::kRefused, "refused"},
-                                  {Verb::kMissed, "missed"},
-                                  {Verb::kStopped, "stopped"},
-                                  {Verb::kEnded, "ended"},
-                                  {Verb::kHeld, "held"},
-                                  {Verb::kReleased, "released"}}};
-
-constexpr EnumNames<Why> kReasons{{{Why::kNothing, "nothing"},
-                                   {Why::kUnattendedOff, "unattended-off"},
-                                   {Why::kNoProgramStart, "no-program-start"},
-                                   {Why::kFailedBefore, "failed-before"},
-                                   {Why::kAbortedBefore, "aborted-before"},
-                                   {Why::kLeftBefore, "interrupted-before"},
-                                   {Why::kPastUnknown, "past-unknown"},
-                                   {Why::kBusy, "busy"},
-                                   {Why::kNoTimeLeft, "no-time-left"},
-                                   {Why::kOutsideWindow, "outside-window"},
-                                   {Why::kNoSuchTime, "no-such-time"},
-                                   {Why::kNotRunning, "daemon-not-running"},
-                                   {Why::kClockSet, "clock-set"},
-                                   {Why::kClockStepped, "clock-stepped"},
-                                   {Why::kClockNotSynchronised, "clock-not-synchronised"},
-                                   {Why::kClockAgrees, "clock-agrees"},
-                                   {Why::kCannotBegin, "cannot-begin"},
-                                   {Why::kNotOnDisk, "not-on-disk"},
-                                   {Why::kDone, "done"},
-                                   {Why::kHarmless, "harmless"},
-                                   {Why::kHarmful, "harmful"},
-                                   {Why::kResumesUsed, "resumes-used"},
-                                   {Why::kWindowOver, "window-over"}}};
-
 template <class E>
-E value_in(const EnumNames<E>& names, const std::string& name) {
-  if (const auto value = names.key_of(name)) return *value;
+E value_of(const std::string& name) {
+  if (const auto value = by_own_name<E, '-'>(name)) return *value;
   throw std::runtime_error("\"" + printable(name) + "\" is not a decision");
 }
 
 }  // namespace
 
-const char* to_string(Verb verb) { return kVerbs[verb]; }
-const char* to_string(Why why) { return kReasons[why]; }
-Verb verb_of(const std::string& name) { return value_in(kVerbs, name); }
-Why why_of(const std::string& name) { return value_in(kReasons, name); }
+Verb verb_of(const std::string& name) { return value_of<Verb>(name); }
+Why why_of(const std::string& name) { return value_of<Why>(name); }
 
 calib::Phrase phrase(const Decision& d) {
   const std::vector<calib::PhraseValue> values{{"session", d.session},

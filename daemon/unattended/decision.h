@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "calib/words/phrase.h"
 #include "daemon/config/unattended_config.h"
 #include "daemon/session/failure.h"
@@ -63,13 +64,13 @@ enum class Why {
   kNoProgramStart,        ///< [schedule] program_start is none
   kFailedBefore,          ///< a session failed, not harmlessly
   kAbortedBefore,         ///< a person stopped a session, or its start
-  kLeftBefore,            ///< a session was interrupted: daemon killed, power failure
+  kInterruptedBefore,     ///< a session was interrupted: daemon killed, power failure
   kPastUnknown,           ///< the journal is new, or an older copy
   kBusy,                  ///< a session is under way
   kNoTimeLeft,            ///< would exceed the end of the window
   kOutsideWindow,         ///< requested outside of it
   kNoSuchTime,            ///< skipped by a clock change
-  kNotRunning,            ///< the daemon was not running
+  kDaemonNotRunning,      ///< the daemon was not running
   kClockSet,              ///< the wall clock was set across it
   kClockStepped,          ///< the wall clock was set, and not confirmed since
   kClockNotSynchronised,  ///< not since boot, and not confirmed
@@ -82,8 +83,9 @@ enum class Why {
   kResumesUsed,  ///< failed harmlessly, resumes used up
   kWindowOver
 };
-const char* to_string(Verb verb);
-const char* to_string(Why why);
+constexpr const char* to_string(Verb verb) { return own_name<'-'>(verb); }
+/// "no-time-left"
+constexpr const char* to_string(Why why) { return own_name<'-'>(why); }
 /// Throw std::runtime_error for an unknown name.
 Verb verb_of(const std::string& name);
 Why why_of(const std::string& name);

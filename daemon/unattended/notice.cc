@@ -183,7 +183,7 @@ Notice interrupted(std::int64_t session, Journal& journal) {
 }  // namespace
 
 std::optional<Notice> news_of(const Decision& decision, Journal& journal) {
-  if (decision.verb == Verb::kHeld && decision.why == Why::kLeftBefore)
+  if (decision.verb == Verb::kHeld && decision.why == Why::kInterruptedBefore)
     return interrupted(decision.session, journal);
   const bool nothing_began =
       decision.verb == Verb::kMissed || (decision.verb == Verb::kRefused && !decision.day.empty());
@@ -263,20 +263,6 @@ json or_null(const std::optional<T>& value, double scale) {
 }
 
 }  // namespace
-
-const char* to_string(News news) {
-  using enum News;
-  static constexpr EnumNames<News> kTable{{{kDone, "done"},
-                                           {kWithheld, "withheld"},
-                                           {kDrifted, "drifted"},
-                                           {kUndecided, "undecided"},
-                                           {kRecovered, "recovered"},
-                                           {kFailed, "failed"},
-                                           {kAborted, "aborted"},
-                                           {kInterrupted, "interrupted"},
-                                           {kNotBegun, "not-begun"}}};
-  return kTable[news];
-}
 
 Message compose(const Notice& notice, const calib::Language& language, const std::string& host) {
   Lines lines(language);

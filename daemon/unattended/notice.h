@@ -31,8 +31,8 @@ enum class News {
   kNotBegun      ///< a window of the schedule passed without its session
 };
 inline constexpr auto kAllNews = all_values<News>();
-/// Hyphenated; used in the posted JSON.
-const char* to_string(News news);
+/// "not-begun", as in the posted JSON.
+constexpr const char* to_string(News news) { return own_name<'-'>(news); }
 
 struct Notice {
   News news = News::kDone;

@@ -113,12 +113,12 @@ void Schedule::notice_clock(const Inputs& inputs) {
 
 /// Once, also without a schedule: the operator may be absent.
 void Schedule::report_left(const Inputs& inputs) {
-  if (inputs.cell.state != Standing::State::kLeft || state_.left == inputs.cell.end) return;
+  if (inputs.cell.state != Standing::State::kInterrupted || state_.left == inputs.cell.end) return;
   state_.left = inputs.cell.end;
   Decision decision;
   decision.at = inputs.now;
   decision.verb = Verb::kHeld;
-  decision.why = Why::kLeftBefore;
+  decision.why = Why::kInterruptedBefore;
   decision.session = inputs.cell.session;
   report(std::move(decision));
 }
@@ -206,7 +206,7 @@ Why Schedule::held(const Inputs& inputs, Decision& why) const {
     why.session = 0;
     return state_.hold->why;
   }
-  if (cell.state == State::kLeft) return Why::kLeftBefore;
+  if (cell.state == State::kInterrupted) return Why::kInterruptedBefore;
   if (cell.state != State::kFailed || state_.harmless == cell.end) return Why::kNothing;
   why.detail = phrase(cell.failure);
   return Why::kFailedBefore;
@@ -268,7 +268,7 @@ Why Schedule::over(const ScheduledSession& entry, const Window& window) const {
   if (!window.exists()) return Why::kNoSuchTime;
   const Decision* last = newest(entry.name, to_string(window.day));
   if (last != nullptr && last->verb == Verb::kWaiting) return last->why;
-  return clock_set_ || window.begins > started_ ? Why::kClockSet : Why::kNotRunning;
+  return clock_set_ || window.begins > started_ ? Why::kClockSet : Why::kDaemonNotRunning;
 }
 
 Why Schedule::obstacle(const Inputs& inputs, const ScheduledSession& entry, const Window& window,

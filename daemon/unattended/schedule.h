@@ -36,7 +36,7 @@ namespace cellcal::daemon {
 
 /// Situation after the newest session recorded by this installation.
 struct Standing {
-  enum class State { kNone, kDone, kFailed, kAborted, kLeft };
+  enum class State { kNone, kDone, kFailed, kAborted, kInterrupted };
   bool busy = false;           ///< a session is under way, or releasing its devices
   std::int64_t session = 0;    ///< the newest; 0: none
   State state = State::kNone;  ///< of its newest end; undefined while busy

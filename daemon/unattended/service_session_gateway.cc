@@ -29,12 +29,12 @@ constexpr double kSpare = 1.25;
 
 End state_of(const SessionRecord& record) {
   using enum RecordState;
-  static constexpr EnumTable<RecordState, End> kTable{{{kRunning, End::kLeft},
-                                                       {kInterrupted, End::kLeft},
+  static constexpr EnumTable<RecordState, End> kTable{{{kRunning, End::kInterrupted},
+                                                       {kInterrupted, End::kInterrupted},
                                                        {kAborted, End::kAborted},
                                                        {kFailed, End::kFailed},
                                                        {kDone, End::kDone},
-                                                       {kDamaged, End::kLeft}}};
+                                                       {kDamaged, End::kInterrupted}}};
   return kTable[record.state];
 }
 
@@ -52,16 +52,6 @@ End state_of(Phase phase) {
 std::string end_of(std::int64_t session, std::size_t touches, const char* state,
                    const std::string& failure) {
   return fmt::format("{}/{}/{}/{}", session, touches, state, failure);
-}
-
-const char* word(End state) {
-  using enum End;
-  static constexpr EnumNames<End> kTable{{{kNone, "interrupted"},
-                                          {kDone, "done"},
-                                          {kFailed, "failed"},
-                                          {kAborted, "aborted"},
-                                          {kLeft, "interrupted"}}};
-  return kTable[state];
 }
 
 SessionKind kind_of(const SessionRecord& record) {
@@ -101,7 +91,7 @@ Standing ServiceSessionGateway::standing() {
   } else {
     return standing;
   }
-  standing.end = end_of(standing.session, touches, word(standing.state),
+  standing.end = end_of(standing.session, touches, own_name(standing.state),
                         standing.state == End::kFailed ? describe(standing.failure) : "");
   if (planned > 0)
     standing.left_share =

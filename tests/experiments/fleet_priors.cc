@@ -262,7 +262,7 @@ void print_set_aside(const char* of, const calib::Learned& learned) {
   fmt::print("{}: {} arms behind the priors", of, learned.priors.arms);
   for (const calib::SetAsideKind kind : all_values<calib::SetAsideKind>())
     if (const auto n = std::ranges::count(learned.set_aside, kind, &calib::SetAside::kind))
-      fmt::print("; {} {}", n, calib::kSetAsideKinds[kind]);
+      fmt::print("; {} {}", n, calib::to_string(kind));
   fmt::print("\n");
 }
 

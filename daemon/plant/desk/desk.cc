@@ -299,7 +299,7 @@ fields::Value<Metric> metric() {
 
 const fields::Table<LineStatus> kLineFields{
     field("connected", &LineStatus::connected, fields::flag()),
-    field("problem", &LineStatus::problem, fields::named(kLineProblems)),
+    field("problem", &LineStatus::problem, fields::named<LineProblem, '-'>()),
     field("words", &LineStatus::words, bounded(kLongestWords)),
     field("since", &LineStatus::since, line()),
     field("acknowledged", &LineStatus::acknowledged, count<std::uint64_t>())};
@@ -328,8 +328,7 @@ const fields::Table<WaitingFact> kFactFields{
     field("number", &WaitingFact::number, count<std::int64_t>()),
     field("session", &WaitingFact::session, count<std::int64_t>()),
     field("kind", &WaitingFact::kind, name()),
-    field("worth", &WaitingFact::worth,
-          fields::word<Worth>({{Worth::kResult, "result"}, {Worth::kTelemetry, "telemetry"}}))};
+    field("worth", &WaitingFact::worth, fields::named<Worth>())};
 
 template <class T>
 T read(const fields::Table<T>& table, std::string_view json, const char* name) {

@@ -4,7 +4,6 @@
 
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"
-#include "calib/model/enum_table.h"
 #include "daemon/config/unattended_config.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/text_fields.h"
@@ -12,11 +11,6 @@
 namespace cellcal::daemon::plant {
 
 namespace {
-
-constexpr EnumNames<Stand> kStands{{{Stand::kOpen, "open"},
-                                    {Stand::kAccepted, "accepted"},
-                                    {Stand::kRefused, "refused"},
-                                    {Stand::kWithdrawn, "withdrawn"}}};
 
 constexpr const char* kCell = "cellcald";
 constexpr const char* kPolicy = "[plant] accept";
@@ -60,8 +54,6 @@ std::string own_reason(const std::string& words) {
 }
 
 }  // namespace
-
-const char* to_string(Stand stand) { return kStands[stand]; }
 
 std::optional<std::string> unusable(const Proposal& proposal) {
   if (proposal.kind == ProposalKind::kActivate && proposal.session < 1) return "names no session";
@@ -284,7 +276,7 @@ fields::Value<Proposal> proposal() {
 const fields::Table<StoredProposal> kKeptFields{
     field("proposal", &StoredProposal::proposal, proposal()),
     field("received", &StoredProposal::received, line()),
-    field("stand", &StoredProposal::stand, fields::named(kStands)),
+    field("stand", &StoredProposal::stand, fields::named<Stand>()),
     field("decided", &StoredProposal::decided, line()),
     field("by", &StoredProposal::by, line()),
     field("reason", &StoredProposal::reason, bounded(kLongestText)),

@@ -10,13 +10,14 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 
 namespace cellcal::daemon::plant {
 
 enum class Stand { kOpen, kAccepted, kRefused, kWithdrawn };
-const char* to_string(Stand stand);
+constexpr const char* to_string(Stand stand) { return own_name(stand); }
 
 struct StoredProposal {
   Proposal proposal;

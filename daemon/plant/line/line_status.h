@@ -11,38 +11,23 @@ namespace cellcal::daemon::plant {
 
 enum class LineProblem {
   kNone,
-  kNotRunning,   ///< the process with the line is not running
-  kFiles,        ///< unreadable files of the configuration
-  kNoName,       ///< the broker's name is unknown
-  kUnreachable,  ///< no answer from the broker
-  kCertificate,  ///< a certificate was rejected by either side, or no TLS
-  kLogin,        ///< user, password or client refused
-  kRefused,      ///< a fact was refused: no permission, quota
-  kTooLarge,     ///< a fact exceeds the broker's limit and waits
-  kNoCollector,  ///< no collector at this broker
-  kTakenOver,    ///< another cell uses the same name
-  kUnstored,     ///< the broker's limit of results not yet stored is reached
-  kRenamed,      ///< pending facts were recorded under another name
+  kNotRunning,      ///< the process with the line is not running
+  kFiles,           ///< unreadable files of the configuration
+  kNoName,          ///< the broker's name is unknown
+  kUnreachable,     ///< no answer from the broker
+  kCertificate,     ///< a certificate was rejected by either side, or no TLS
+  kLogin,           ///< user, password or client refused
+  kRefused,         ///< a fact was refused: no permission, quota
+  kTooLarge,        ///< a fact exceeds the broker's limit and waits
+  kNobodyCollects,  ///< no collector at this broker
+  kTakenOver,       ///< another cell uses the same name
+  kNotStored,       ///< the broker's limit of results not yet stored is reached
+  kRenamed,         ///< pending facts were recorded under another name
   kLost,
   kJournal  ///< cannot be read or written
 };
-inline constexpr EnumNames<LineProblem> kLineProblems{
-    {{LineProblem::kNone, "none"},
-     {LineProblem::kNotRunning, "not-running"},
-     {LineProblem::kFiles, "files"},
-     {LineProblem::kNoName, "no-name"},
-     {LineProblem::kUnreachable, "unreachable"},
-     {LineProblem::kCertificate, "certificate"},
-     {LineProblem::kLogin, "login"},
-     {LineProblem::kRefused, "refused"},
-     {LineProblem::kTooLarge, "too-large"},
-     {LineProblem::kNoCollector, "nobody-collects"},
-     {LineProblem::kTakenOver, "taken-over"},
-     {LineProblem::kUnstored, "not-stored"},
-     {LineProblem::kRenamed, "renamed"},
-     {LineProblem::kLost, "lost"},
-     {LineProblem::kJournal, "journal"}}};
-inline const char* to_string(LineProblem problem) { return kLineProblems[problem]; }
+/// "not-running"
+constexpr const char* to_string(LineProblem problem) { return own_name<'-'>(problem); }
 
 struct LineStatus {
   bool connected = false;

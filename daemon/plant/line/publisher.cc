@@ -173,7 +173,7 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
   under_way.erase(found);
   if (refused && refused->problem == LineProblem::kTooLarge && sent.row != kNoRow) {
     set_aside.emplace(sent.row, sent);
-  } else if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNoCollector)) {
+  } else if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobodyCollects)) {
     hold(parts.refused_wait, *refused);
   } else if (sent.row != kNoRow) {
     backoff.reset();
@@ -304,7 +304,7 @@ bool Publisher::Impl::broker_has_enough() const {
 void Publisher::Impl::publish_backlog() {
   known = parts.outbox.count();
   if (broker_has_enough()) {
-    say({LineProblem::kUnstored,
+    say({LineProblem::kNotStored,
          fmt::format("broker {}:{}: {} results not stored by the plant, no more are sent. Start "
                      "cellcal-fleet, or see its log; nothing is lost meanwhile",
                      parts.config.host, parts.config.port, at_the_broker.size())});

@@ -75,7 +75,7 @@ const Table<T> kFieldsOf;
 
 template <>
 const Table<SessionFact> kFieldsOf<SessionFact>{
-    field("state", &SessionFact::state, fields::named(kSessionStates)),
+    field("state", &SessionFact::state, fields::named<SessionState>()),
     field("purpose", &SessionFact::purpose, name()),
     field("cell_file", &SessionFact::cell_file, line(kLongestText)),
     field("robot_file", &SessionFact::robot_file, line(kLongestText)),
@@ -103,7 +103,7 @@ const Table<CalibrationFact> kFieldsOf<CalibrationFact>{
 template <>
 const Table<CheckFact> kFieldsOf<CheckFact>{
     times("against", &CheckFact::against),
-    field("held", &CheckFact::held, fields::named(kHeldNames)),
+    field("held", &CheckFact::held, fields::named<Held>()),
     maybe("shift_mm", &CheckFact::shift_m, fields::not_negative(kMmPerM)),
     maybe("u_mm", &CheckFact::u_m, fields::not_negative(kMmPerM)),
     field("cause", &CheckFact::cause, line()),
@@ -198,10 +198,7 @@ const Table<DroppedFact> kFieldsOf<DroppedFact>{
     times("first", &DroppedFact::first),
     times("last", &DroppedFact::last),
     times("count", &DroppedFact::count),
-    fields::optional(field("reason", &DroppedFact::reason,
-                           fields::word<DropReason>({{DropReason::kNoRoom, "no-room"},
-                                                     {DropReason::kTooLarge, "too-large"},
-                                                     {DropReason::kDamaged, "damaged"}}))),
+    fields::optional(field("reason", &DroppedFact::reason, fields::named<DropReason, '-'>())),
     maybe("kind", &DroppedFact::kind, name()),
     maybe("bytes", &DroppedFact::bytes, count<std::int64_t>())};
 

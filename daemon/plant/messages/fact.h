@@ -10,7 +10,6 @@
 #include <variant>
 #include <vector>
 
-#include "calib/model/enum_table.h"
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
@@ -19,12 +18,6 @@ namespace cellcal::daemon::plant {
 enum class Worth { kResult, kTelemetry };
 
 enum class SessionState { kRunning, kInterrupted, kAborted, kFailed, kDone };
-inline constexpr EnumNames<SessionState> kSessionStates{
-    {{SessionState::kRunning, "running"},
-     {SessionState::kInterrupted, "interrupted"},
-     {SessionState::kAborted, "aborted"},
-     {SessionState::kFailed, "failed"},
-     {SessionState::kDone, "done"}}};
 struct SessionFact {
   SessionState state = SessionState::kRunning;
   std::string purpose;     ///< to_string(SessionKind); "update"
@@ -54,8 +47,6 @@ struct CalibrationFact {
 };
 
 enum class Held { kYes, kNo, kUndecided };
-inline constexpr EnumNames<Held> kHeldNames{
-    {{Held::kYes, "yes"}, {Held::kNo, "no"}, {Held::kUndecided, "undecided"}}};
 struct CheckFact {
   std::int64_t against = 0;  ///< session of the checked calibration
   Held held = Held::kUndecided;

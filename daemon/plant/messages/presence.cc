@@ -70,16 +70,9 @@ fields::Value<std::vector<std::pair<std::int64_t, std::int64_t>>> ranges() {
 const fields::Table<Stored> kStoredFields{field("journal", &Stored::journal, name()),
                                           field("numbers", &Stored::numbers, ranges())};
 
-constexpr EnumNames<ProposalKind> kProposalKinds{{{ProposalKind::kCalibrate, "calibrate"},
-                                                  {ProposalKind::kCheck, "check"},
-                                                  {ProposalKind::kActivate, "activate"},
-                                                  {ProposalKind::kSchedule, "schedule"},
-                                                  {ProposalKind::kPriors, "priors"},
-                                                  {ProposalKind::kWithdraw, "withdraw"}}};
-
 const fields::Table<Proposal> kProposalFields{
     field("id", &Proposal::id, name()),
-    field("kind", &Proposal::kind, fields::named(kProposalKinds)),
+    field("kind", &Proposal::kind, fields::named<ProposalKind>()),
     field("session", &Proposal::session, count<std::int64_t>()),
     field("text", &Proposal::text, bounded(kLongestText)),
     field("by", &Proposal::by, line()),
@@ -110,8 +103,6 @@ std::string to_json(const Stored& stored) {
 Stored stored_from_json(std::string_view json, const Topic& topic) {
   return read(json_of(json, kLargestStored, to_text(topic)), kStoredFormat, kStoredFields, topic);
 }
-
-const char* to_string(ProposalKind kind) { return kProposalKinds[kind]; }
 
 Json message_of(const Proposal& proposal) {
   return written(kProposalFormat, kProposalFields, proposal);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/model/enum_table.h"
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
@@ -60,7 +61,7 @@ enum class ProposalKind {
   kPriors,     ///< tolerances for its robot file
   kWithdraw    ///< the proposal of this id is obsolete
 };
-const char* to_string(ProposalKind kind);
+constexpr const char* to_string(ProposalKind kind) { return own_name(kind); }
 
 struct Proposal {
   CellName of;

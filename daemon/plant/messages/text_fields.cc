@@ -120,10 +120,6 @@ std::optional<std::string> from_base64(std::string_view text) {
 namespace {
 
 constexpr std::string_view kRoot = "cellcal";
-constexpr EnumNames<Subject> kSubjects{{{Subject::kFact, "fact"},
-                                        {Subject::kPresence, "presence"},
-                                        {Subject::kStored, "stored"},
-                                        {Subject::kProposal, "proposal"}}};
 
 /// Their topics end with a kind or an id.
 bool has_kind(Subject subject) {
@@ -156,7 +152,7 @@ bool is_name(std::string_view text) {
 
 std::string to_text(const Topic& topic) {
   const std::string text = std::string(kRoot) + '/' + topic.of.plant + '/' + topic.of.cell + '/' +
-                           kSubjects[topic.subject];
+                           own_name(topic.subject);
   return has_kind(topic.subject) ? text + '/' + topic.kind : text;
 }
 
@@ -164,7 +160,7 @@ std::optional<Topic> topic_of(std::string_view text) {
   const std::vector<std::string_view> levels = levels_of(text);
   if (levels.size() < 4 || levels[0] != kRoot || !is_name(levels[1]) || !is_name(levels[2]))
     return std::nullopt;
-  const std::optional<Subject> subject = kSubjects.key_of(levels[3]);
+  const std::optional<Subject> subject = by_own_name<Subject>(levels[3]);
   if (!subject || levels.size() != (has_kind(*subject) ? 5 : 4)) return std::nullopt;
   Topic topic{{std::string(levels[1]), std::string(levels[2])}, *subject, {}};
   if (has_kind(*subject)) topic.kind = levels[4];

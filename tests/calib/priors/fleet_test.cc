@@ -214,7 +214,7 @@ TEST(OtherGeometryArms, AreSetAsideByTheirNominalGeometry) {
   arms.push_back(other.front());
   const Learned learned = learn(commonest_nominal_geometry(arms), arms);
   EXPECT_EQ(learned.priors.arms, 6);
-  EXPECT_EQ(kind_of(learned, "other.json"), SetAsideKind::kOtherNominalGeometry);
+  EXPECT_EQ(kind_of(learned, "other.json"), SetAsideKind::kOtherDrawing);
 }
 
 TEST(TheNominalGeometry, IsNotThatOfAFewWhoStateOtherTolerances) {

@@ -86,8 +86,9 @@ TEST(ACertificatesWords, NameWhenItWentOnByItselfAfterALinkCameBack) {
     journal.note(id, RecordChange{{from, to}, on, utc, 1.0, 0, 0.0});
   };
   note(Phase::kTransit, Phase::kRecovering, EventKind::kRobotSilent, "2026-03-28T23:10:00.000Z");
-  note(Phase::kRecovering, Phase::kWatching, EventKind::kLinks, "2026-03-28T23:10:05.000Z");
-  note(Phase::kWatching, Phase::kReferencing, EventKind::kDeadline, "2026-03-28T23:10:08.000Z");
+  note(Phase::kRecovering, Phase::kWatchingTheLinks, EventKind::kLinks, "2026-03-28T23:10:05.000Z");
+  note(Phase::kWatchingTheLinks, Phase::kReferencing, EventKind::kDeadline,
+       "2026-03-28T23:10:08.000Z");
   const CertificateData data =
       make_certificate(make_archive(journal, id, directory / "none"), "e", kIssue);
   ASSERT_EQ(data.breaks.size(), 2u);

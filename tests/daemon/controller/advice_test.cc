@@ -55,7 +55,7 @@ TEST(Advice, SaysToCheckAgainBehindACheckThatDecidedNothing) {
 }
 
 TEST(Advice, NamesWhatACheckThatDidNotHoldAsksFor) {
-  EXPECT_EQ(advice_by({check(0), check(1, false)}, kFirst + kDay).advice, Advice::kRemeasureTcp);
+  EXPECT_EQ(advice_by({check(0), check(1, false)}, kFirst + kDay).advice, Advice::kReMeasureTcp);
   calib::CheckMeasurement sphere = check(1, false, calib::LeftOut::kNotTheTool);
   sphere.change->kind = calib::ChangeKind::kSphere;
   EXPECT_EQ(advice_by({check(0), sphere}, kFirst + kDay).advice, Advice::kRecalibrate);
@@ -66,7 +66,7 @@ TEST(Advice, NamesWhatACheckThatDidNotHoldAsksFor) {
 TEST(Advice, IsNotLoweredByACheckThatDecidedNothing) {
   const calib::CheckMeasurement undecided = check(2, true, calib::LeftOut::kUndecided);
   EXPECT_EQ(advice_by({check(0), check(1, false), undecided}, kFirst + 2 * kDay).advice,
-            Advice::kRemeasureTcp);
+            Advice::kReMeasureTcp);
 }
 
 TEST(Advice, IsUnknownByACheckDatedAfterToday) {

@@ -11,7 +11,7 @@ TEST_P(AnAbort, LeavesTheArmAtRestAndTheTouchesOnDisk) {
   const Phase phase = GetParam();
   Script script;
   script.contact_closed = phase == Phase::kFreeing || phase == Phase::kProving;
-  const bool interrupted = phase == Phase::kRecovering || phase == Phase::kWatching;
+  const bool interrupted = phase == Phase::kRecovering || phase == Phase::kWatchingTheLinks;
   if (interrupted) {
     script.outcome[2] = drivers::MoveOutcome::kRobotSilent;
     script.interruption[2] = drivers::Interruption::kPacketsStopped;

@@ -129,7 +129,7 @@ TEST(ABusySpell, ThatDoesNotEndEndsTheSessionByItsName) {
 }
 
 TEST(ABusySpell, IsEndedByAnAbortAtOnce) {
-  for (const Phase phase : {Phase::kRecovering, Phase::kWatching}) {
+  for (const Phase phase : {Phase::kRecovering, Phase::kWatchingTheLinks}) {
     Script script = late_at({3});
     script.busy_for_ms = 3'600'000;
     Usual session(script);
@@ -182,7 +182,7 @@ TEST(BehindALateness, NothingMovesBeforeSelfTestClockReferenceAndPlace) {
   Walk walk = recovering(Interruption::kLateBytes);
   const auto at_the_contact = [](Event& event) { links(event).actual_rad = {0.105}; };
   walk.on(EventKind::kLinks, at_the_contact);
-  EXPECT_EQ(walk.state.phase, Phase::kWatching);
+  EXPECT_EQ(walk.state.phase, Phase::kWatchingTheLinks);
   walk.the<SelfTest>();
   walk.on(EventKind::kDeadline);
   EXPECT_EQ(walk.state.phase, Phase::kReferencing);
@@ -229,7 +229,7 @@ TEST(BehindALateness, AnySignOfAFaultEndsIt) {
     for (const bool watching : {false, true}) {
       Walk walk = recovering(Interruption::kLateBytes);
       if (watching) walk.on(EventKind::kLinks);
-      ASSERT_EQ(walk.state.phase, watching ? Phase::kWatching : Phase::kRecovering);
+      ASSERT_EQ(walk.state.phase, watching ? Phase::kWatchingTheLinks : Phase::kRecovering);
       walk.on(EventKind::kLinks, sign.change);
       ASSERT_EQ(walk.state.phase, Phase::kFailed) << sign.name << watching;
       EXPECT_EQ(walk.state.failure->kind, sign.kind) << sign.name << watching;
@@ -246,7 +246,7 @@ TEST(BehindALateness, WhatIsNotProvenByTheEndOfTheWatchIsNotBelieved) {
   for (const auto& [name, change] : kLacks) {
     Walk walk = recovering(Interruption::kLateBytes);
     walk.on(EventKind::kLinks);
-    ASSERT_EQ(walk.state.phase, Phase::kWatching);
+    ASSERT_EQ(walk.state.phase, Phase::kWatchingTheLinks);
     walk.on(EventKind::kLinks, change);
     walk.on(EventKind::kDeadline);
     EXPECT_EQ(walk.state.phase, Phase::kRecovering) << name << ": waited for, as long as it may";
@@ -262,7 +262,7 @@ TEST(BehindALateness, AHeartbeatThatIsLateAgainBeginsTheWatchAnew) {
   walk.on(EventKind::kLinks);
   const auto before = walk.state.deadline;
   walk.on(EventKind::kLinks, [](Event& event) { links(event).delivery.late = 5; });
-  EXPECT_EQ(walk.state.phase, Phase::kWatching);
+  EXPECT_EQ(walk.state.phase, Phase::kWatchingTheLinks);
   EXPECT_GT(*walk.state.deadline, *before);
   walk.the<SelfTest>();
   EXPECT_EQ(walk.state.interruptions.of_computer(), 1)
@@ -293,7 +293,7 @@ TEST(ASensorThatWasIdentifiedAnew, IsNoFaultySensorWhileItsBytesWereLate) {
       << "the robot is there: a busy spell is waited out";
   EXPECT_EQ(walk.state.deadline, walk.state.busy_until);
   walk.on(EventKind::kLinks, [](Event& event) { links(event).delivery.late = 1; });
-  EXPECT_EQ(walk.state.phase, Phase::kWatching);
+  EXPECT_EQ(walk.state.phase, Phase::kWatchingTheLinks);
 }
 
 TEST(ARobotWhoseLinkIsLostBecauseItsThreadDidNotRun, IsWaitedForThreeSeconds) {
@@ -308,7 +308,7 @@ TEST(ARobotWhoseLinkIsLostBecauseItsThreadDidNotRun, IsWaitedForThreeSeconds) {
     EXPECT_NEAR(walk.timeout_s(), 3.0, 0.1);
     if (back) {
       walk.on(EventKind::kLinks);
-      EXPECT_EQ(walk.state.phase, Phase::kWatching);
+      EXPECT_EQ(walk.state.phase, Phase::kWatchingTheLinks);
     } else {
       walk.on(EventKind::kDeadline);
       EXPECT_EQ(walk.state.phase, Phase::kFailed);
@@ -412,7 +412,7 @@ TEST(AContactBehindALateness, InTransitEndsTheSessionAndAtTheSphereDoesNot) {
   };
   Walk at_the_sphere = recovering(Interruption::kLateBytes);
   at_the_sphere.on(EventKind::kLinks, touching);
-  EXPECT_EQ(at_the_sphere.state.phase, Phase::kWatching);
+  EXPECT_EQ(at_the_sphere.state.phase, Phase::kWatchingTheLinks);
   Walk transit;
   transit.state.repeats = BusyRepeats{};
   transit.to_routing();

@@ -172,7 +172,7 @@ TEST_F(FailureWords, SayOfLinksThatWereUpBeforeWhichOneIsNot) {
   const auto words = [&](RobotLink robot, ContactLink contact) {
     state.links.robot = robot;
     state.links.contact = contact;
-    return in(kWatching, F::kLinkNotReady);
+    return in(kWatchingTheLinks, F::kLinkNotReady);
   };
   EXPECT_EQ(words(RobotLink::kReady, ContactLink::kReady), "");
   EXPECT_EQ(words(RobotLink::kNotReferenced, ContactLink::kReady), "robot: not referenced");

@@ -89,7 +89,7 @@ TEST_P(AHarmlessInterruption, OfAnyMoveIsGoneOnFromWhereTheOwnerAllowsIt) {
         });
     EXPECT_TRUE(reported) << move;
     // The recorded touch is not repeated, and nothing moved before a new reference.
-    if (how_often(session, Phase::kWatching) == 0) continue;
+    if (how_often(session, Phase::kWatchingTheLinks) == 0) continue;
     EXPECT_EQ(session.backend.world.references, 2) << move;
     EXPECT_GE(session.backend.world.self_tests, 1) << move;
     const int proofs = how_often(session, Phase::kProving);
@@ -132,7 +132,7 @@ TEST_P(AHarmlessInterruption, MovesNothingWhileTheLinksProveThemselves) {
   allow(session, GetParam(), 1);
   const drivers::TimePoint begun = session.backend.world.clock.now();
   ASSERT_EQ(session.run().phase, Phase::kDone);
-  EXPECT_EQ(how_often(session, Phase::kWatching), 1);
+  EXPECT_EQ(how_often(session, Phase::kWatchingTheLinks), 1);
   // The path is planned again, and the current touch begins again.
   EXPECT_EQ(how_often(session, Phase::kRouting), 2);
   EXPECT_GE(session.backend.world.clock.now() - begun, session.start.timeouts.watching);
@@ -294,7 +294,7 @@ TEST(AnInterruption, AsksUnderNumbersThatAreNeverNought) {
 }
 
 TEST(AnInterruption, CanBeAbortedWhileTheLinksProveThemselves) {
-  for (const Phase phase : {Phase::kRecovering, Phase::kWatching}) {
+  for (const Phase phase : {Phase::kRecovering, Phase::kWatchingTheLinks}) {
     Session session(silent_at({2}, Interruption::kPacketsStopped), 2);
     session.start.retries = 1;
     EXPECT_EQ(session.run_and_abort_in(phase).phase, Phase::kAborted) << to_string(phase);

@@ -18,12 +18,12 @@ TimedChange at(int ms, Phase from, Phase to) { return {kMs * ms, {from, to}}; }
 
 TEST(TheTimesOfASession, CountWhatInterruptedItAndNoWaitTwice) {
   using enum Phase;
-  const PhaseTimes times = phase_times(
-      std::vector<TimedChange>{at(0, kTransit, kArmingFast), at(10, kArmingFast, kFastSearch),
-                               at(50, kFastSearch, kRecovering), at(60, kRecovering, kWatching),
-                               at(2060, kWatching, kRecovering), at(2070, kRecovering, kWatching),
-                               at(4070, kWatching, kReferencing), at(4100, kReferencing, kRouting),
-                               at(4200, kRouting, kTransit), at(5200, kTransit, kRecovering)});
+  const PhaseTimes times = phase_times(std::vector<TimedChange>{
+      at(0, kTransit, kArmingFast), at(10, kArmingFast, kFastSearch),
+      at(50, kFastSearch, kRecovering), at(60, kRecovering, kWatchingTheLinks),
+      at(2060, kWatchingTheLinks, kRecovering), at(2070, kRecovering, kWatchingTheLinks),
+      at(4070, kWatchingTheLinks, kReferencing), at(4100, kReferencing, kRouting),
+      at(4200, kRouting, kTransit), at(5200, kTransit, kRecovering)});
   EXPECT_EQ(times.interruptions, 2);
 }
 

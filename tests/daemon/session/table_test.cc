@@ -212,7 +212,7 @@ TEST_P(EveryPair, AnswersADeadlineInEveryPhaseThatCanHaveOne) {
     if (phase == Phase::kIdle || is_final(phase)) continue;
     const Step next =
         step(state_in(phase, GetParam()), event_of_kind(EventKind::kDeadline, GetParam()));
-    const bool waits = (phase == Phase::kWatching || phase == Phase::kRecovering) &&
+    const bool waits = (phase == Phase::kWatchingTheLinks || phase == Phase::kRecovering) &&
                        next.state.phase == Phase::kRecovering;
     if (waits) {
       EXPECT_EQ(next.state.deadline, next.state.busy_until)
@@ -336,7 +336,7 @@ TEST(AFailureInWords, SaysOnceWhatTheDriverHasSaid) {
 }
 
 TEST_P(EveryPair, MovesNothingBehindAnInterruptionBeforeANewReference) {
-  for (Phase phase : {Phase::kRecovering, Phase::kWatching, Phase::kReferencing}) {
+  for (Phase phase : {Phase::kRecovering, Phase::kWatchingTheLinks, Phase::kReferencing}) {
     for (EventKind kind : kAllEvents) {
       const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
       EXPECT_EQ(count<BeginMove>(next.actions) + count<CheckJournal>(next.actions), 0)
@@ -344,7 +344,7 @@ TEST_P(EveryPair, MovesNothingBehindAnInterruptionBeforeANewReference) {
       const bool on = !is_final(next.state.phase) && next.state.phase != phase;
       if (phase == Phase::kReferencing || !on) continue;
       EXPECT_TRUE(
-          next.state.phase == Phase::kWatching || next.state.phase == Phase::kRecovering ||
+          next.state.phase == Phase::kWatchingTheLinks || next.state.phase == Phase::kRecovering ||
           (next.state.phase == Phase::kIdentifying && count<CloseDevices>(next.actions) == 1) ||
           count<Rereference>(next.actions) == 1)
           << pair(phase, kind);

@@ -133,7 +133,7 @@ TEST(NewsOfACheck, OfACalibrationThatIsNotInUseAreNoDrift) {
 TEST_F(NewsOfASession, AreOfOneThatWasInterruptedByAKilledDaemon) {
   Decision decision;
   decision.verb = Verb::kHeld;
-  decision.why = Why::kLeftBefore;
+  decision.why = Why::kInterruptedBefore;
   decision.session = journal.begin({"/c.toml", "c", "r", "r", "{}"}, "t0");
   const auto notice = news_of(decision, journal);
   ASSERT_TRUE(notice);

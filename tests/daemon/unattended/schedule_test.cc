@@ -133,11 +133,11 @@ TEST_F(ASchedule, IsHeldAgainWhereWhatWasReleasedFailsAgain) {
 TEST_F(ASchedule, BeginsNothingBehindAnAbortNorBehindAnInterruptedSession) {
   cell.person_runs(EndState::kAborted);
   live(kDay);
-  cell.person_runs(EndState::kLeft);
+  cell.person_runs(EndState::kInterrupted);
   live(kDay);
   EXPECT_TRUE(cell.begun.empty());
   EXPECT_EQ(count(Verb::kMissed, Why::kAbortedBefore), 1);
-  EXPECT_EQ(count(Verb::kMissed, Why::kLeftBefore), 1);
+  EXPECT_EQ(count(Verb::kMissed, Why::kInterruptedBefore), 1);
 }
 
 TEST_F(ASchedule, IsHeldByAnAbortThatHadNothingToStopAlsoBehindARestart) {
@@ -307,7 +307,7 @@ TEST_F(ASchedule, TellsOfWindowsInWhichTheDaemonWasNotRunning) {
   boot = "second";
   restart();
   pass(5);
-  EXPECT_EQ(count(Verb::kMissed, Why::kNotRunning), 2);
+  EXPECT_EQ(count(Verb::kMissed, Why::kDaemonNotRunning), 2);
   EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 0);
   reported.clear();
   restart();
@@ -371,16 +371,16 @@ TEST_F(ASchedule, ReportsAnInterruptedSessionOnceAlsoWhereNothingIsUnattended) {
   const auto start = [this] {
     restart();
     pass(5);
-    return count(Verb::kHeld, Why::kLeftBefore);
+    return count(Verb::kHeld, Why::kInterruptedBefore);
   };
   config.unattended = false;
-  cell.person_runs(EndState::kLeft);
+  cell.person_runs(EndState::kInterrupted);
   EXPECT_EQ(start(), 1);
   EXPECT_EQ(start(), 1);
   cell.now.busy = true;  // resumed
   pass(5);
   --cell.ends;  // the same end, in every word
-  cell.end(EndState::kLeft);
+  cell.end(EndState::kInterrupted);
   EXPECT_EQ(start(), 2);
 }
 

@@ -14,6 +14,14 @@ const CHECKS = words_of(api.Check), DRIFT_STATES = words_of(api.DriftState), NOT
 const OUTCOMES = words_of(api.OutcomeKind), PHASES = words_of(api.Phase), FAILURES = words_of(api.FailureKind);
 const STEPS = words_of(api.Step) as Exclude<api.Step, "unknown">[];
 
+/** Names of an enum's enumerators, as calib/model/enum_table.h makes them. */
+const own_names = (file: string, type: string, between = "_") => {
+  const source = readFileSync(`${realpathSync("src")}/../../../${file}`, "utf8");
+  const body = source.split(new RegExp(`enum class ${type}\\b`))[1]?.split("};")[0]?.split("{")[1] ?? "";
+  return [...body.replace(/\/\/.*/g, "").matchAll(/\bk([A-Z]\w*)/g)]
+    .map((match) => (match[1] ?? "").replace(/(?!^)[A-Z]/g, `${between}$&`).toLowerCase());
+};
+
 const { en } = CATALOGUES, de = CATALOGUES.de!;
 const places = (words: string) => (words.match(/\{\w+\}/g) ?? []).sort();
 
@@ -43,14 +51,10 @@ test("no words are kept that nobody says", () => {
 });
 
 test("the page has words for every phase and every failure that the daemon has", () => {
-  const source = readFileSync(`${realpathSync("src")}/../../session/names.cc`, "utf8");
-  const named = (type: string) => {
-    const table = source.split(`EnumNames<${type}> `)[1]?.split("}};")[0] ?? "";
-    return [...table.matchAll(/, *"(.*?)"/g)].map((match) => match[1]).sort();
-  };
-  assert.ok(named("Phase").length > 20);
-  assert.deepEqual([...PHASES].sort(), named("Phase"));
-  assert.deepEqual([...FAILURES].sort(), named("FailureKind"));
+  const phases = own_names("daemon/session/phase.h", "Phase", " ");
+  assert.ok(phases.length > 20);
+  assert.deepEqual([...PHASES].sort(), phases.sort());
+  assert.deepEqual([...FAILURES].sort(), own_names("daemon/session/failure.h", "FailureKind", "-").sort());
 });
 
 test("the page has a name for everything that the doctor looks at", () => {
@@ -64,10 +68,7 @@ test("the page has a name for everything that the doctor looks at", () => {
 });
 
 test("the guide has every step of the daemon, and a command for each that names the cell", () => {
-  const source = readFileSync(`${realpathSync("src")}/../../doctor/steps.cc`, "utf8");
-  const table = source.split("EnumNames<SetUpStep> ")[1]?.split("}};")[0] ?? "";
-  const named = [...table.matchAll(/, *"(.*?)"/g)].map((match) => match[1]);
-  assert.deepEqual(named, [...STEPS]);
+  assert.deepEqual(own_names("daemon/doctor/steps.h", "SetUpStep", "-"), [...STEPS]);
   for (const step of STEPS) assert.match(command_of(step, "/c/cell.toml"), /^cellcal [a-z-]+ .*\/c\/cell\.toml/);
   assert.equal(command_of("cell", ""), "sudo cellcal new-cell -o /etc/cellcal/cell.toml");
 });
@@ -106,9 +107,7 @@ test("the page has words for every outcome that a session has, as a sentence and
   const named = [...source.matchAll(/\{OutcomeKind::\w+, \{"(\w+)"/g)].map((match) => match[1]);
   assert.ok(named.length > 10);
   assert.deepEqual([...OUTCOMES].sort(), named.sort());
-  const stated = readFileSync(`${realpathSync("src")}/../../result/qualification.cc`, "utf8")
-    .split("EnumNames<QualificationFinding> ")[1]?.split("}};")[0] ?? "";
-  assert.deepEqual([...NOT_AS_STATED], [...stated.matchAll(/, *"(\w[\w-]+)"/g)].map((match) => match[1]));
+  assert.deepEqual([...NOT_AS_STATED], own_names("daemon/result/qualification.h", "QualificationFinding", "-"));
   const keys: string[] = [...OUTCOMES.flatMap((one) => [`outcome.${one}`, `history.${one}`]),
     ...CHANGES.map((one) => `outcome.change.${one}`)];
   assert.deepEqual(keys.filter((key) => !(key in en)), []);
@@ -121,12 +120,7 @@ test("drift is told against the oldest session that has the joint", () => {
 });
 
 test("the page has words for every state, advice and cause that a control chart has", () => {
-  const calib = `${realpathSync("src")}/../../../calib/result`;
-  const named = (file: string, type: string) => {
-    const body = readFileSync(`${calib}/${file}`, "utf8").split(`enum class ${type} `)[1]?.split("};")[0] ?? "";
-    return [...body.replace(/\/\/.*/g, "").matchAll(/\bk([A-Z]\w*)/g)]
-      .map((match) => (match[1] ?? "").replace(/(?!^)[A-Z]/g, "_$&").toLowerCase()).sort();
-  };
+  const named = (file: string, type: string) => own_names(`calib/result/${file}`, type).sort();
   assert.deepEqual([...DRIFT_STATES].sort(), named("drift_chart.h", "DriftState"));
   assert.deepEqual([...ADVICE].sort(), named("drift_chart.h", "DriftAdvice"));
   assert.deepEqual([...CHANGES, "nothing"].sort(), named("tcp_check.h", "ChangeKind"));

@@ -259,7 +259,7 @@ TEST_F(PublisherTest, ThatNobodyCollectsFromKeepsAllAndSaysSo) {
   Journal journal(dir / "j.db");
   const CellLine running(parts(journal, broker.port()));
   fill(journal, 2);
-  wait_until([&] { return running.status().problem == LineProblem::kNoCollector; });
+  wait_until([&] { return running.status().problem == LineProblem::kNobodyCollects; });
   EXPECT_TRUE(running.status().connected);
   EXPECT_EQ(journal.outbox().rows, 3);
   Listener plant(broker.port(), "plant", kAll);
@@ -338,7 +338,7 @@ TEST_F(PublisherTest, GivesTheBrokerNoMoreResultsThanSoManyThatNobodyHasStored) 
   const CellLine running(few);
   const std::int64_t id = fill(journal, 0);
   for (int i = 0; i < 7; ++i) journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
-  wait_until([&] { return running.status().problem == LineProblem::kUnstored; });
+  wait_until([&] { return running.status().problem == LineProblem::kNotStored; });
   EXPECT_LE(facts_in(plant.all()).size(), 3u + 16u) << "and those that were under way";
   const std::size_t given = facts_in(plant.all()).size();
   for (int i = 0; i < 30; ++i) journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
