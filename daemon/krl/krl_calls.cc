@@ -8,6 +8,7 @@
 #include "calib/model/error.h"
 #include "daemon/krl/krl_inline.h"
 #include "daemon/krl/krl_program.h"
+#include "daemon/krl/own_position.h"
 
 namespace cellcal::daemon::krl {
 
@@ -59,7 +60,8 @@ const Words kStill = {
     // Automatic External
     "P00", "P00_MSG",
     // GripperTech, SpotTech, ArcTech
-    "USER_GRP", "CHK_GRP", "H50", "USERSPOT", "A10", "A10_INI", "A20", "ARCMAINNG"};
+    "USER_GRP", "CHK_GRP", "GRPG_CHECK", "GRPG_SYNCHECK", "H50", "USERSPOT", "A10", "A10_INI",
+    "A20", "ARCMAINNG"};
 /// Families of such routines.
 constexpr const char* kStillFamilies[] = {"EKI_", "EKX_", "RSI_", "ARCGET"};
 /// Exceptions: routines that move but do not set frames.
@@ -85,7 +87,7 @@ bool is_kukas(const std::string& name) {
 bool moves_elsewhere(const Line& line) {
   const auto& t = line.tokens;
   return motion_kind(line) != MotionKind::kNone && t.size() > 1 &&
-         !(t[1].word.starts_with('$') && !sign_at(t, 2, ':'));
+         !(states_own_position(t[1].word) && !sign_at(t, 2, ':'));
 }
 
 std::string upper_stem(const std::string& file) {
@@ -106,6 +108,11 @@ MotionKind motion_kind(const Line& line) {
   if (one_of(kPointMotions, token)) return MotionKind::kPoint;
   if (one_of(kRelativeMotions, token)) return MotionKind::kRelative;
   return one_of(kExternalMotions, token) ? MotionKind::kExternal : MotionKind::kNone;
+}
+
+bool approximates(const Token& token) {
+  static const Words words = {"C_SPL", "C_DIS", "C_VEL", "C_ORI", "C_PTP"};
+  return one_of(words, token);
 }
 
 const Token& first_word(const Line& line) {

@@ -27,6 +27,8 @@ struct Effects {
 enum class MotionKind { kNone, kPoint, kRelative, kExternal };
 /// By the statement's first word.
 MotionKind motion_kind(const Line& line);
+/// C_SPL and the like, also after WITH.
+bool approximates(const Token& token);
 
 /// DEF, DEFFCT, DECL, EXT, INTERRUPT, SIGNAL: not executed here.
 bool declares(const Line& line);

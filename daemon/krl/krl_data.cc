@@ -53,10 +53,14 @@ void read_points(const Line& line, std::size_t type, PointKind kind, const std::
   }
 }
 
-void read_frame_data(const Line& line, std::size_t at, Data& data) {
+void read_frame_data(const Line& line, std::size_t at, const std::string& file, Data& data) {
   const auto& t = line.tokens;
   if (at + 2 >= t.size() || t[at].kind != Kind::kWord || !is_sign_of(t[at + 1], '=')) return;
-  if (const auto value = read_aggregate(t, at + 2)) data.frames[t[at].word] = frame_data_of(*value);
+  const auto value = read_aggregate(t, at + 2);
+  if (!value) return;
+  const auto [known, fresh] = data.frames.emplace(t[at].word, frame_data_of(*value));
+  if (!fresh && known->second != frame_data_of(*value))
+    data.refusals.push_back({Why::kTwice, file, line.number, t[at].word});
 }
 
 void read_named_load(const Line& line, std::size_t at, Data& data) {
@@ -201,7 +205,7 @@ bool read_declaration(const Line& line, const std::string& file, Data& data) {
   }
   if (t[at].is("FDAT")) {
     if (global) data.globals.insert(t[at + 1].word);
-    read_frame_data(line, at + 1, data);
+    read_frame_data(line, at + 1, file, data);
     return true;
   }
   if (t[at].is("LOAD")) read_named_load(line, at + 1, data);

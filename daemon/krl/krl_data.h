@@ -31,6 +31,7 @@ struct Point {
 struct FrameData {
   int tool = -1, base = -1;
   bool external = false;  ///< IPO_FRAME #TCP
+  bool operator==(const FrameData&) const = default;
 };
 
 /// INT with its value.

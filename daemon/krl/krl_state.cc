@@ -332,7 +332,8 @@ Frames FrameState::with_own(const Line& line, const State& state,
                             std::optional<Refusal>& wrong) const {
   Frames frames = state.now;
   wrong = state.wrong;
-  const auto& t = line.tokens;
+  auto t = line.tokens;
+  while (!t.empty() && approximates(t.back())) t.pop_back();
   std::size_t with = 0;
   while (with < t.size() && !t[with].is("WITH")) ++with;
   for (std::size_t i = with + 1; i < t.size(); ++i)

@@ -123,12 +123,6 @@ struct Target {
   std::optional<Literal> literal;  ///< of a single {..}
 };
 
-/// Approximation after WITH: C_SPL and the like.
-bool approximates(const Token& token) {
-  static const std::set<std::string> words = {"C_SPL", "C_DIS", "C_VEL", "C_ORI", "C_PTP"};
-  return token.kind == Kind::kWord && words.count(token.word) > 0;
-}
-
 /// Tool, base, mode and load of a motion's or spline's own WITH, as text.
 struct With {
   std::string tool, base, mode, load;
@@ -361,7 +355,7 @@ class Rewriter {
     const bool own = !functions->stay.empty() && own_.whole(module_, line.number, target.name);
     const std::string why = left(line, target.name);
     if (!why.empty()) result_.left.emplace(target.name, why);
-    if (!why.empty() || target.name.starts_with("$") || own) {
+    if (!why.empty() || states_own_position(target.name) || own) {
       if (!functions->stay.empty()) wrap(line, target, functions->stay);
       return target.end;
     }
@@ -456,10 +450,15 @@ bool comes_back(const KrlFile& fresh, const std::string& before) {
   }
 }
 
-/// CELLCAL_FIX itself, and the controller's and its options' own modules.
-bool stays_as_it_is(const std::string& file) {
-  std::string path = "/" + lower_case(file);
+/// With slashes, in lower case.
+std::string path_of(const KrlFile& file) {
+  std::string path = "/" + lower_case(file.name);
   std::ranges::replace(path, '\\', '/');
+  return path;
+}
+
+/// CELLCAL_FIX itself, and the controller's and its options' own modules.
+bool stays_as_it_is(const std::string& path) {
   return path.ends_with("/cellcal_fix.src") || path.find("/r1/system/") != std::string::npos ||
          path.find("/r1/tp/") != std::string::npos;
 }
@@ -508,9 +507,11 @@ RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<st
   const std::set<std::string> left(leave.begin(), leave.end());
   std::set<std::string> seen;
   RewrittenPrograms result;
+  const bool of_r1 = std::ranges::find(files.controller, "/system/$config.dat", path_of) !=
+                     files.controller.end();  // a backup of the folder R1 alone
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
     const KrlFile& src = files.modules[i].src;
-    if (stays_as_it_is(src.name)) continue;
+    if (stays_as_it_is((of_r1 ? "/r1" : "") + path_of(src))) continue;
     Rewriter rewriter(src, i, types, left, external, own, seen);
     if (is_kukas_program(src.name))
       rewriter.leave();

@@ -30,9 +30,9 @@ TEST(ACallOfKukasInlineForms, LeavesFramesAndPostureKnown) {
        {"SET_CD_PARAMS (0)", "$COLLMON_TOL_PRO[1] = USE_CM_PRO_VALUES(0)", "set_cd_params(0)",
         "TRIGGER WHEN DISTANCE=1 DELAY=ArcGetDelay(#PreDefinition,WDAT1) DO "
         "ArcMainNG(#PreDefinition,WDAT1,WP2) PRIO=-1",
-        "USER_GRP(1,DMY[])", "MsgNotify(\"a\",\"b\")", "B=VARSTATE(\"X\")==#DEFINED",
-        "RET=EKI_SetReal(\"C\",\"E/X\",1.0)", "RET=RSI_ON(#ABSOLUTE)", "PULSE($OUT[1],TRUE,0.5)",
-        "CWRITE($CMD,STAT,MODE,\"RUN\")"})
+        "USER_GRP(1,DMY[])", "GRPg_Check(1,2,FALSE,1)", "MsgNotify(\"a\",\"b\")",
+        "B=VARSTATE(\"X\")==#DEFINED", "RET=EKI_SetReal(\"C\",\"E/X\",1.0)",
+        "RET=RSI_ON(#ABSOLUTE)", "PULSE($OUT[1],TRUE,0.5)", "CWRITE($CMD,STAT,MODE,\"RUN\")"})
     EXPECT_EQ(all_words(correct_calling(call)), "") << call;
 }
 

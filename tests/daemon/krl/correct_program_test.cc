@@ -164,7 +164,7 @@ TEST(FramesInPlainKrl, AreFollowedInTheOrderOfTheText) {
   const auto result = correct_program(
       calibration(), plain("$TOOL=TOOL_DATA[1]\n$BASE=BASE_DATA[2]\nPTP " + point +
                                "\n$BASE=$NULLFRAME\nLIN P1 C_DIS\nBAS(#BASE,1)\nSLIN "
-                               "P2 WITH $VEL=1, $BASE=BASE_DATA[2]\n",
+                               "P2 WITH $VEL=1, $BASE=BASE_DATA[2] C_SPL\n",
                            "E6POS P1=" + point + "\nDECL POS P2=" + point + "\n"));
   ASSERT_TRUE(result.refusals.empty()) << all_words(result);
   ASSERT_EQ(result.points.size(), 3U);

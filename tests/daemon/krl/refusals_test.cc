@@ -66,6 +66,9 @@ TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
       {"twice in two lines", f + "PTP XP1\n", "DECL E6POS XP1\n" + twice, Why::kTwice, "p.dat", 3},
       {"given and set", f + "PTP XP1\n", p1 + "XP1=" + point() + "\n", Why::kTwice, "p.dat", 2},
       {"a component of it", f + "PTP XP1\n", p1 + "XP1.X=5\n", Why::kTwice, "p.dat", 2},
+      {"an FDAT given twice otherwise", "FDAT_ACT=F1\nBAS(#FRAMES)\nPTP XP1\n",
+       p1 + "DECL FDAT F1={TOOL_NO 1,BASE_NO 0}\nDECL FDAT F1={TOOL_NO 2,BASE_NO 0}\n", Why::kTwice,
+       "p.dat", 3},
       {"a base set twice", "BAS(#TOOL,1)\n$BASE=FB\nPTP XP1\n",
        p1 + "DECL FRAME FB={X 1,Y 0,Z 0,A 0,B 0,C 0}\nFB={X 9,Y 0,Z 0,A 0,B 0,C 0}\n",
        Why::kBaseNotKnown, "p.src", 4},
@@ -223,6 +226,14 @@ TEST(AFrame, ThatIsUnknownIsSoSinceTheStatement) {
     EXPECT_NE(all_words(result).find(one.since), std::string::npos)
         << one.body << all_words(result);
   }
+}
+
+TEST(AnUnknownCallBeforeAPath, IsNamedWithWhatMakesThePostureKnown) {
+  const std::string words = all_words(correct(
+      kFrames + std::string("PTP XP1\nCLAMP(1)\n") + kFrames + "LIN XP1\n", declared(point())));
+  EXPECT_NE(words.find("posture unknown since CLAMP in line 5, which LIN"), std::string::npos)
+      << words;
+  EXPECT_NE(words.find("name it with --does-not-move, or give its .src"), std::string::npos);
 }
 
 TEST(APointFromWhereTheArmIs, IsRefusedAsOneThatIsRightAsItIs) {

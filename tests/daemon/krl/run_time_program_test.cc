@@ -137,10 +137,31 @@ TEST(RunTimeProgram, LeavesHomesAndNamedPointsWhereTheyAre) {
   EXPECT_EQ(line_of("PTP XHOME"), "PTP CC_STAY(XHOME)");
   EXPECT_EQ(line_of("PTP $AXIS_ACT"), "PTP CC_STAY($AXIS_ACT)");
   EXPECT_EQ(line_of("LIN $POS_ACT"), "LIN CC_STAY_POS($POS_ACT)");
+  EXPECT_EQ(line_of("SPTP $NULLFRAME"), "SPTP CC_FIX_FRAME($NULLFRAME)") << "the base's origin";
+  EXPECT_EQ(line_of("DECL E6POS $MINE\r\nLIN $MINE"), "DECL E6POS $MINE\r\nLIN CC_FIX($MINE)")
+      << "of $config.dat, as a system's builder declares them";
   EXPECT_EQ(line_of("PTP $POS_RET C_PTP"), "PTP CC_STAY_POS($POS_RET) C_PTP");
   EXPECT_EQ(line_of("LIN XP1", {"XP1"}), "LIN CC_STAY_POS(XP1)");
   EXPECT_EQ(line_of("WAIT SEC 0\r\nR=XP1.X"), "unchanged");
   EXPECT_THROW(line_of("LIN XP1", {"XP9"}), calib::FileError);
+}
+
+TEST(RunTimeProgram, LeavesTheModulesBelowSystemAndTPAlsoOfTheFolderR1Alone) {
+  const struct {
+    const char *root, *config, *left;
+  } cases[] = {{"KRC/R1/", "KRC/R1/System/", "KRC/R1/Program/TP/X.src "},
+               {"", "System\\", "Program/TP/X.src "},
+               {"", "", "System/X.src TP/X.src Program/TP/X.src "}};
+  for (const auto& one : cases) {
+    krl::BackupFiles files;
+    for (const char* folder : {"System/", "TP/", "Program/TP/"})
+      files.modules.push_back(
+          {{std::string(one.root) + folder + "X.src", program("PTP $AXIS_ACT")}, {}, {}, {}});
+    files.controller = {{std::string(one.config) + "$config.dat", ""}};
+    std::string changed;
+    for (const krl::KrlFile& file : rewrite_motions(files, {}).files) changed += file.name + " ";
+    EXPECT_EQ(changed, one.left);
+  }
 }
 
 TEST(RunTimeProgram, NamesWhatStaysAndCorrectsAHomeOfTheModuleAlone) {
