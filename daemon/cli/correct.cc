@@ -159,12 +159,15 @@ bool known_at_run_time(const krl::Refusal& refusal) {
   return std::ranges::find(kComputedThere, refusal.why) != std::end(kComputedThere);
 }
 
+/// What corrects them; empty: nothing.
+calib::Phrase instead_of(const std::vector<krl::Refusal>& offline) {
+  return std::ranges::any_of(offline, known_at_run_time) ? "say.correct.refused.at_run_time" : "";
+}
+
 void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
   print_refusals(result.refusals, robot);
-  const calib::Phrase instead = std::ranges::any_of(result.refusals, known_at_run_time)
-                                    ? "say.correct.refused.at_run_time"
-                                    : "";
-  fmt::print(stderr, "{}\n", say({"say.correct.refused.nothing", {{"instead", instead}}}));
+  fmt::print(stderr, "{}\n",
+             say({"say.correct.refused.nothing", {{"instead", instead_of(result.refusals)}}}));
 }
 
 }  // namespace
@@ -281,7 +284,7 @@ void print_refusals(const std::vector<krl::Refusal>& refusals, const calib::Robo
 }
 
 int print_refused_modules(const std::vector<std::vector<krl::Refusal>>& of_moving,
-                          const calib::Robot& robot) {
+                          const calib::Robot& robot, bool at_run_time) {
   std::vector<krl::Refusal> all;
   std::size_t refused = 0;
   std::set<std::tuple<std::string, int, std::string, krl::Why>> seen;  // one point of several
@@ -293,7 +296,10 @@ int print_refused_modules(const std::vector<std::vector<krl::Refusal>>& of_movin
   if (refused == 0) return kSuccess;
   print_refusals(all, robot);
   fmt::print(stderr, "{}\n",
-             say({"say.correct.backup.refused", {{"n", refused}, {"all", of_moving.size()}}}));
+             say({"say.correct.backup.refused",
+                  {{"n", refused},
+                   {"all", of_moving.size()},
+                   {"instead", at_run_time ? "" : instead_of(all)}}}));
   return kNotPublishable;
 }
 

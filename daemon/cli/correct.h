@@ -81,7 +81,7 @@ nlohmann::json refusals_json(const std::vector<krl::Refusal>& refusals, const ca
 void print_refusals(const std::vector<krl::Refusal>& refusals, const calib::Robot& robot);
 /// Prints those of modules that move, and how many modules stay; kNotPublishable where there is one.
 int print_refused_modules(const std::vector<std::vector<krl::Refusal>>& of_moving,
-                          const calib::Robot& robot);
+                          const calib::Robot& robot, bool at_run_time = false);
 template <class Module>
 std::vector<std::vector<krl::Refusal>> refusals_of_moving(const std::vector<Module>& modules) {
   std::vector<std::vector<krl::Refusal>> all;

@@ -181,7 +181,7 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
   if (written.empty() && !result.files.empty()) text += said("say.correct.run_time.not_written");
   put(command.json ? json_text(report) : text, {});
   const auto moving = refusals_of_moving(result.modules);
-  const int status = print_refused_modules(moving, robot);
+  const int status = print_refused_modules(moving, robot, true);
   if (!result.files.empty() || moving.empty()) return status;
   return status == kSuccess ? kNotPublishable : kJobFailed;
 }

@@ -257,6 +257,10 @@ void check_joints(const calib::Robot& robot, const std::vector<std::string>& nam
 /// Another geometry than a URDF's, before limits and speeds of the machine data.
 calib::Robot geometry(const ImportRobotCommand& command, const calib::MachineData& data) {
   if (!command.robot.empty()) return calib::load_named_robot(command.robot.string());
+  if (!has_an_arm(data))
+    throw calib::FileError(
+        "no lengths of an arm in the machine data. Give $machine.dat of KRC:\\R1\\Mada (that of "
+        "STEU is the controller's), the backup, or --robot or --urdf");
   return calib::arm_of_controller(data);
 }
 

@@ -556,6 +556,9 @@ TEST_F(Correct, ABackupOfWhichNothingCanBeCorrectedIsStatus3) {
   const auto report = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(report.at("modules").at(0).at("refusals").at(0).at("why"), "shared");
   EXPECT_EQ(report.at("modules").at(1).at("refusals").at(0).at("why"), "relative_motion");
+  EXPECT_NE(outcome.err.find("as they are. Computed points are corrected while the program runs"),
+            std::string::npos)
+      << outcome.err;
 }
 
 TEST_F(Correct, ABackupWithARefusedModuleIsWrittenWithStatus3AndTheRefusalOnStandardError) {
@@ -571,7 +574,7 @@ TEST_F(Correct, ABackupWithARefusedModuleIsWrittenWithStatus3AndTheRefusalOnStan
     EXPECT_NE(outcome.err.find("cellcal correct: KRC/R1/Program/c.src:4: line 4: incomplete"),
               std::string::npos)
         << outcome.err;
-    EXPECT_NE(outcome.err.find("1 of 3 modules with motions refused; they stay as they are"),
+    EXPECT_NE(outcome.err.find("1 of 3 modules with motions refused; they stay as they are\n"),
               std::string::npos)
         << outcome.err;
     EXPECT_TRUE(std::filesystem::exists(dir_ / "out/cellcal.corrected.json"));

@@ -782,6 +782,10 @@ TEST(MachineData, OfAWholeArmMakeItsRobotFromABackup) {
       {CELLCAL, "import-robot", "--machine-data", dir / "backup", "-o", dir / "r.toml"});
   ASSERT_EQ(made.status, 0) << made.err;
   EXPECT_EQ(calib::load_robot(dir / "r.toml").name, "KR5 R1400");
+  EXPECT_NE(run_program({CELLCAL, "import-robot", "--machine-data",
+                         dir / "backup/KRC/STEU/Mada/$machine.dat"})
+                .err.find("no lengths of an arm in the machine data. Give $machine.dat of KRC:"),
+            std::string::npos);
   const Outcome against = run_program({CELLCAL, "import-robot", "--robot", "kr5_r1400",
                                        "--machine-data", dir / "backup", "-o", dir / "s.toml"});
   EXPECT_EQ(against.status, 0);
