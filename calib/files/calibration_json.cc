@@ -350,7 +350,7 @@ bool states_sum(std::string_view calibration) {
 Calibration calibration_from_json(std::string_view text, const std::string& name) {
   refuse_deep_json(text, name);
   nlohmann::json document = parse_json(text);
-  if (document.is_discarded()) throw FileError(name, ": not valid JSON; is the file cut off?");
+  if (document.is_discarded()) throw FileError(name, ": not valid JSON: cut off, or no calibration (calibration.json of a session)");
   extract_sum(document, name);
   Calibration c;
   from_json(calibration_fields(), JsonReader(document, name), c);

@@ -230,8 +230,8 @@ bool are_units(std::string_view line, char separator) {
 std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t columns,
                         char separator) {
   if (fields.size() < columns)
-    return "is the file cut off, or something other than " + std::string(words_of(separator)) +
-           " between the fields?";
+    return "the file is cut off, or has something other than " +
+           std::string(words_of(separator)) + " between the fields";
   std::size_t fractions = 0;  // fields that may be the decimals of the field before
   for (std::size_t i = 1; i < fields.size() && separator == ','; ++i) {
     std::string_view whole = fields[i - 1];
@@ -239,7 +239,7 @@ std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t
     if (is_digits(whole) && is_digits(fields[i])) ++fractions;
   }
   return fractions >= fields.size() - columns
-             ? "are there decimal commas, or a field too many? The decimal mark is '.'"
+             ? "decimal commas, or a field too many. The decimal mark is '.'"
              : "one field per column is needed";
 }
 

@@ -151,7 +151,7 @@ ParameterKey named(const Cell& cell, const std::string& name, const JsonReader& 
   item.fail(
       "\"" + shown(name) +
       "\" is not a parameter of the robot and cell in this file (they are named as A1.theta or "
-      "S1.x); was a joint or target renamed by hand? Identify again from the touches");
+      "S1.x). A joint or target may have been renamed by hand. Identify again from the touches");
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ void refuse_other_than_files(const std::string& name, const struct stat& info,
     throw FileError(name, ": is the journal of this daemon; choose another file");
   if (static_cast<std::uintmax_t>(info.st_size) > max_bytes)
     throw FileError(name,
-                    ": larger than " + std::to_string(max_bytes) + " bytes; is it the right file?");
+                    ": larger than " + std::to_string(max_bytes) + " bytes. Check that it is the right file");
 }
 
 class Descriptor {
@@ -115,7 +115,7 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) 
     text.append(block.data(), static_cast<std::size_t>(got));
     if (text.size() > max_bytes)
       throw FileError(
-          name, ": larger than " + std::to_string(max_bytes) + " bytes; is it the right file?");
+          name, ": larger than " + std::to_string(max_bytes) + " bytes. Check that it is the right file");
   }
 }
 

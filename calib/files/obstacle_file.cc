@@ -366,7 +366,7 @@ Mesh parse_stl(std::string_view bytes, const std::string& name) {
     throw FileError(name, fmt::format(": {}, not an STL file. {}", other, kExport));
   } else if (bytes.size() < kHeader) {
     throw FileError(
-        name, fmt::format(": byte {}: ends before an STL's header does; is it the right file?",
+        name, fmt::format(": byte {}: ends before an STL's header does. Check that it is the right file",
                           bytes.size()));
   } else {
     throw FileError(name, fmt::format(": not an STL file. {}", kExport));

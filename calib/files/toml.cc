@@ -26,7 +26,7 @@ struct TomlTable::Node {
     asked.emplace(key);
     return table->get(key);
   }
-  /// Suggests an unused key similar to `key`: "; was "diametre_mm" in line 7 meant to be it?";
+  /// An unused key similar to `key`: "; similar: "diametre_mm" in line 7";
   /// empty if there is none.
   std::string similar_key(std::string_view key,
                           bool (*is_like)(std::string_view, std::string_view)) const;
@@ -177,10 +177,10 @@ std::string TomlTable::Node::similar_key(std::string_view key,
                                                          std::string_view)) const {
   for (const auto& [other, value] : *table) {
     if (asked.contains(other.str()) || !is_like(key, other.str())) continue;
-    std::string words = "; was \"" + shown(other.str()) + "\"";
+    std::string words = "; similar: \"" + shown(other.str()) + "\"";
     if (const auto line = value.source().begin.line; line != 0)
       words += " in line " + std::to_string(line);
-    return words + " meant to be it?";
+    return words;
   }
   return {};
 }
@@ -369,7 +369,7 @@ void TomlTable::refuse_unknown() const {
     for (const auto& name : node_->asked) {
       known += (known.empty() ? "" : ", ") + name;
       const bool like = is_similar_key(name, key.str()) || is_similar_table(name, key.str());
-      if (like && meant.empty() && !has(name)) meant = " (was \"" + name + "\" meant?)";
+      if (like && meant.empty() && !has(name)) meant = " (similar: \"" + name + "\")";
     }
     fail(key.str(), "unknown key" + meant + "; known here are: " + known);
   }

@@ -237,7 +237,7 @@ TEST(CellFile, NamesTheKeyThatAMissingOneMayHaveBeenWrittenAs) {
                   "\"" + std::string(now) + "\" in line " + std::to_string(line_of(text, now))});
   }
   // A key that is valid by itself is not a misspelling.
-  EXPECT_EQ(cell_refusal(with(kCell, "diameter_mm = 61.4", "")).find("meant"), std::string::npos);
+  EXPECT_EQ(cell_refusal(with(kCell, "diameter_mm = 61.4", "")).find("similar"), std::string::npos);
 }
 
 TEST(CellFile, SuggestsTheTableThatAMissingOneMayHaveBeenWrittenAs) {
@@ -245,9 +245,9 @@ TEST(CellFile, SuggestsTheTableThatAMissingOneMayHaveBeenWrittenAs) {
                {"the table [touch] is missing", "\"toch\" in line"});
   expect_words(cell_refusal(with(kCell, "[tool]", "[tol]")), {"the table [tool] is missing"});
   expect_words(cell_refusal(with(kCell, "[[length]]", "[[lenght]]")),
-               {"lenght", "unknown key (was \"length\" meant?)"});
+               {"lenght", "unknown key (similar: \"length\")"});
   expect_words(cell_refusal(with(kCell, "tip_radius_mm", "tip_radus_mm")),
-               {"tool.tip_radus_mm", "was \"tip_radius_mm\" meant?"});
+               {"tool.tip_radus_mm", "similar: \"tip_radius_mm\""});
 }
 
 TEST(CellFile, NamesAMissingQuoteAndADecimalCommaAsWhatTheyAre) {
