@@ -2,7 +2,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "calib/result/drift_chart.h"
+#include "calib/result/drift_phrase.h"
 #include "calib/result/finding_phrase.h"
 #include "calib/result/tcp_check.h"
 #include "calib/words/phrase_json.h"
@@ -231,7 +231,7 @@ std::string drift_to_json(const DriftChart& chart, const Language& language) {
                     {"points", points_to_json(chart.points, chart.counted > 0 ? chart.noise : 0.0)},
                     {"others", ordered_json::array()},
                     {"events", ordered_json::array()},
-                    {"words", words(chart)}};
+                    {"words", all_words(phrases(chart), language)}};
   if (chart.per_kelvin_m) json["um_per_kelvin"] = vector_mm(*chart.per_kelvin_m * 1e3);
   if (chart.trend) json["course"] = trend_to_json(*chart.trend);
   if (const CheckMeasurement* decided = chart.newest_decided()) json["decided_s"] = decided->time_s;

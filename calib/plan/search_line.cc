@@ -246,7 +246,7 @@ PlanError too_uncertain(const Sought& one, const std::string& id) {
                            "as centre_mm"
                          : "Measure its centre and state it as centre_mm";
   return {PlanError::Kind::kNotFound, id,
-          fmt::format("sphere {}: centre +- {:.1f} mm (k=2) after {} touches, limit {:g} mm. All "
+          fmt::format("sphere {}: centre ± {:.1f} mm (k=2) after {} touches, limit {:g} mm. All "
                       "lie within {:.0f} deg as seen from its centre. {}",
                       id, 2e3 * one.sigma_m, one.tips.size(), 2e3 * kFoundSigmaM,
                       widest_rad * kDegPerRad, todo)};

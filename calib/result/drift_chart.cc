@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "calib/model/units.h"
+#include "calib/result/drift_phrase.h"
+#include "calib/result/finding_phrase.h"
 #include "calib/result/tcp_check.h"
 
 namespace cellcal::calib {
@@ -56,18 +59,18 @@ double sigma_m(const DriftPoint& point, double noise) {
   return noise * std::sqrt(along.dot(point.check.covariance_m2 * along));
 }
 
-const char* opening(DriftState state) {
-  return state == DriftState::kAlarms  ? "alarm"
-         : state == DriftState::kWarns ? "warning"
-                                       : "in control";
+Phrase opening(DriftState state) {
+  return state == DriftState::kAlarms  ? "say.drift.opening.alarm"
+         : state == DriftState::kWarns ? "say.drift.opening.warning"
+                                       : "say.drift.opening.in_control";
 }
 
 /// "23 min", "5.0 h", "2.1 days".
-std::string span_words(double span_s) {
+Phrase span_phrase(double span_s) {
   constexpr double kMinS = 60.0, kHourS = 3600.0, kDayS = 86400.0;
-  if (span_s < 2.0 * kHourS) return fmt::format("{:.0f} min", span_s / kMinS);
-  if (span_s < 2.0 * kDayS) return fmt::format("{:.1f} h", span_s / kHourS);
-  return fmt::format("{:.1f} days", span_s / kDayS);
+  if (span_s < 2.0 * kHourS) return {"say.drift.span.min", {{"n", span_s / kMinS}}};
+  if (span_s < 2.0 * kDayS) return {"say.drift.span.h", {{"n", span_s / kHourS}}};
+  return {"say.drift.span.days", {{"n", span_s / kDayS}}};
 }
 
 }  // namespace
@@ -82,100 +85,107 @@ std::string date_words(double time_s) {
 
 namespace {
 
-/// "check 7 (2026-11-26) does not hold: TCP shift 0.99 +- 0.05 mm (k=2), since check 2 (2026-11-25); tool shifted by ..."
-std::string not_held_words(const CheckMeasurement& newest, const NotHeld& run) {
-  std::string text =
-      fmt::format("check {} ({}) does not hold", newest.session, date_words(newest.time_s));
+/// "since check 2 (2026-11-25)"
+Phrase since_phrase(std::int64_t session, double time_s) {
+  return {"say.drift.since", {{"session", session}, {"date", date_words(time_s)}}};
+}
+
+/// "check 7 (2026-11-26) does not hold: TCP shift 0.99 ± 0.05 mm (k=2), since check 2 (2026-11-25); tool shifted by ..."
+Phrase not_held_phrase(const CheckMeasurement& newest, const NotHeld& run) {
+  Phrase all{"say.drift.not_held",
+             {{"session", newest.session}, {"date", date_words(newest.time_s)}}};
   if (newest.tcp_shift_m && (!newest.change || newest.change->kind == ChangeKind::kTool))
-    text += fmt::format(": TCP shift {:.2f} +- {:.2f} mm (k=2)", *newest.tcp_shift_m * kMmPerM,
-                        newest.u_tcp_shift_m * kMmPerM);
+    all = joined(
+        "say.join.colon", all,
+        {"say.session.shift",
+         {{"mm", *newest.tcp_shift_m * kMmPerM}, {"u", newest.u_tcp_shift_m * kMmPerM}}});
   if (run.since != newest.session)
-    text += fmt::format(", since check {} ({})", run.since, date_words(run.since_s));
-  return newest.change ? text + "; " + words(*newest.change) : text;
+    all = joined("say.join.comma", all, since_phrase(run.since, run.since_s));
+  return newest.change ? joined("say.join.semicolon", all, phrase(*newest.change)) : all;
+}
+
+Phrase advice_phrase(const DriftChart& chart) {
+  if (chart.advice != DriftAdvice::kNone)
+    return std::string("say.drift.do.") + to_string(chart.advice);
+  return chart.state == DriftState::kTooFew ? "say.drift.do.once_a_shift" : "";
+}
+
+Phrase limits_phrase(const DriftChart& chart) {
+  return {"say.drift.limits",
+          {{"ewma", chart.alarms.ewma},
+           {"cusum", chart.alarms.cusum},
+           {"run", chart.alarms.run_length},
+           {"warn_ewma", chart.warns.ewma},
+           {"warn_cusum", chart.warns.cusum},
+           {"warn_run", chart.warns.run_length}}};
 }
 
 }  // namespace
 
-std::string state_words(const DriftChart& chart) {
+Phrase state_phrase(const DriftChart& chart) {
   if (chart.not_held && chart.newest_decided() != nullptr)
-    return "alarm: " + not_held_words(*chart.newest_decided(), *chart.not_held);
+    return {"say.drift.alarm",
+            {{"what", not_held_phrase(*chart.newest_decided(), *chart.not_held)}}};
   const DriftPoint* newest = newest_counted(chart);
   if (chart.state == DriftState::kTooFew || newest == nullptr || chart.newest_decided() == nullptr)
-    return fmt::format("not enough checks: {} of {}", chart.counted, chart.least);
+    return {"say.drift.too_few", {{"counted", chart.counted}, {"least", chart.least}}};
   if (chart.state == DriftState::kUnknown)
-    return fmt::format(
-        "unknown: last decided check of {}, {} undecided since; it was in control then",
-        date_words(chart.newest_decided()->time_s), chart.undecided);
+    return {
+        "say.drift.unknown",
+        {{"date", date_words(chart.newest_decided()->time_s)}, {"undecided", chart.undecided}}};
   if (chart.state == DriftState::kAlarms && !chart.trend && chart.alarmed_at)
-    return fmt::format(
-        "alarm of check {} active: check {} holds, {:.0f} % of the alarm limit. The alarm ends when both statistics are "
-        "below their warning limits",
-        *chart.alarmed_at, newest->check.session, 100.0 * newest->share);
-  return fmt::format(
-      "{}: TCP {:.3f} +- {:.3f} mm (k=2) off the centre of its checks, {:.0f} % of the alarm limit, {} checks",
-      opening(chart.state), newest->off_m.norm() * kMmPerM,
-      kDriftCoverage * sigma_m(*newest, chart.noise) * kMmPerM, 100.0 * newest->share,
-      chart.counted);
+    return {"say.drift.active",
+            {{"session", *chart.alarmed_at},
+             {"newest", newest->check.session},
+             {"percent", 100.0 * newest->share}}};
+  return {"say.drift.state",
+          {{"state", opening(chart.state)},
+           {"mm", newest->off_m.norm() * kMmPerM},
+           {"u", kDriftCoverage * sigma_m(*newest, chart.noise) * kMmPerM},
+           {"percent", 100.0 * newest->share},
+           {"checks", chart.counted}}};
 }
 
-std::string trend_words(const DriftChart& chart) {
-  if (!chart.trend) return "";
+Phrase trend_phrase(const DriftChart& chart) {
+  if (!chart.trend) return {};
   const DriftTrend& trend = *chart.trend;
-  const std::string off = fmt::format("{:.3f} +- {:.3f} mm (k=2)", trend.now_m.norm() * kMmPerM,
-                                      kDriftCoverage * trend.now_sigma_m * kMmPerM);
-  const std::string since =
-      fmt::format("since check {} ({})", trend.since, date_words(trend.since_s));
-  std::string text =
-      trend.shape == DriftShape::kCreep && !trend.has_rate()
-          ? fmt::format("shift of {} within {} {}", off, span_words(trend.over_s), since)
-      : trend.shape == DriftShape::kStep
-          ? fmt::format("step of {} {}", off, since)
-          : fmt::format("creep of {:.3f} +- {:.3f} mm/month (k=2) {}, {} by now",
-                        trend.rate_m_s.norm() * kMonthS * kMmPerM,
-                        kDriftCoverage * trend.rate_sigma_m_s * kMonthS * kMmPerM, since, off);
-  if (trend.causes.empty()) return text;
+  const char* id = trend.shape == DriftShape::kStep ? "say.drift.step"
+                   : trend.has_rate()               ? "say.drift.creep"
+                                                    : "say.drift.shift";
+  const Phrase course{id,
+                      {{"mm", trend.now_m.norm() * kMmPerM},
+                       {"u", kDriftCoverage * trend.now_sigma_m * kMmPerM},
+                       {"rate", trend.rate_m_s.norm() * kMonthS * kMmPerM},
+                       {"u_rate", kDriftCoverage * trend.rate_sigma_m_s * kMonthS * kMmPerM},
+                       {"span", span_phrase(trend.over_s)},
+                       {"since", since_phrase(trend.since, trend.since_s)}}};
+  if (trend.causes.empty()) return course;
   const Explanation& cause = trend.causes.front();
-  return text +
-         fmt::format(", likeliest cause {:.0f} %: {}", 100.0 * cause.probability, words(cause));
+  return joined("say.join.comma", course,
+                {"say.drift.cause",
+                 {{"percent", 100.0 * cause.probability}, {"cause", phrase(cause)}}});
 }
 
-std::string advice_words(const DriftChart& chart) {
-  switch (chart.advice) {
-    case DriftAdvice::kCheckAgain:
-      return "Clean tip and spheres and check again: 'cellcal check'";
-    case DriftAdvice::kLetItWarmUp:
-      return "Let the arm come to its usual temperature and check again; if that is the new one, calibrate again";
-    case DriftAdvice::kReMeasureTcp:
-      return "Check the tool's fastening and its tip; then measure the TCP or calibrate again";
-    case DriftAdvice::kRecalibrate:
-      return "Look at what the check names, then calibrate again: 'cellcal run'";
-    case DriftAdvice::kNone:
-      break;
-  }
-  return chart.state == DriftState::kTooFew ? "Check once a shift: 'cellcal check'" : "";
+std::vector<Phrase> phrases(const DriftChart& chart) {
+  std::vector<Phrase> lines{state_phrase(chart)};
+  if (Phrase trend = trend_phrase(chart); !trend.empty()) lines.push_back(std::move(trend));
+  if (Phrase advice = advice_phrase(chart); !advice.empty()) lines.push_back(std::move(advice));
+  if (chart.per_kelvin_m)
+    lines.push_back({"say.drift.per_kelvin", {{"um", chart.per_kelvin_m->norm() * 1e6}}});
+  constexpr double kMuchMore = 1.3;
+  if (chart.noise > kMuchMore) lines.push_back({"say.drift.scatter", {{"times", chart.noise}}});
+  lines.push_back(limits_phrase(chart));
+  return lines;
 }
 
-std::string limit_words(const DriftChart& chart) {
-  return fmt::format(
-      "limits: EWMA {:.2f}, CUSUM {:.2f} sigma alarm once in {:.0f} checks of an unchanged cell; {:.2f}, {:.2f} warn "
-      "once in {:.0f}",
-      chart.alarms.ewma, chart.alarms.cusum, chart.alarms.run_length, chart.warns.ewma,
-      chart.warns.cusum, chart.warns.run_length);
-}
+std::string state_words(const DriftChart& chart) { return words(state_phrase(chart)); }
+std::string trend_words(const DriftChart& chart) { return words(trend_phrase(chart)); }
+std::string advice_words(const DriftChart& chart) { return words(advice_phrase(chart)); }
+std::string limit_words(const DriftChart& chart) { return words(limits_phrase(chart)); }
 
 std::vector<std::string> words(const DriftChart& chart) {
-  std::vector<std::string> lines{state_words(chart)};
-  if (const std::string trend = trend_words(chart); !trend.empty()) lines.push_back(trend);
-  if (const std::string advice = advice_words(chart); !advice.empty()) lines.push_back(advice);
-  if (chart.per_kelvin_m)
-    lines.push_back(
-        fmt::format("{:.1f} um/K of temperature effect removed", chart.per_kelvin_m->norm() * 1e6));
-  constexpr double kMuchMore = 1.3;
-  if (chart.noise > kMuchMore)
-    lines.push_back(fmt::format(
-        "checks scatter {:.1f} times as much as the calibration states. Clean tip and spheres",
-        chart.noise));
-  lines.push_back(limit_words(chart));
+  std::vector<std::string> lines;
+  for (const Phrase& line : phrases(chart)) lines.push_back(words(line));
   return lines;
 }
 

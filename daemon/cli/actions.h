@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "calib/priors/learn.h"
+#include "calib/result/update.h"
+#include "calib/words/phrase.h"
 #include "daemon/archive/archive.h"
 #include "daemon/certificate/signed_files.h"
 #include "daemon/cli/client.h"
@@ -74,9 +76,10 @@ int verify(const VerifyCommand& command);
 
 // Control chart of the checks of the newest calibration, for terminals.
 
-/// From a calibration's "update", one line: "updated from session 12 of 2026-11-20, by 9 touches: S2 moved",
-/// or why it was not; empty for other calibrations.
-std::string update_line(const nlohmann::json& update);
+/// "an update of session 12 of 2026-11-20, 9 touches: S2 moved by ...", or "no update of ...".
+calib::Phrase update_phrase(const calib::UpdateOrigin& update);
+/// Of the session's calibration; none where it has none, or is no update. Throws SocketError, calib::FileError.
+std::optional<calib::UpdateOrigin> update_of(const Connection& daemon, std::int64_t session);
 
 /// From "checks" of GET /v1/drift: sentences, a plot over time, the newest checks. Ends with a line break.
 std::string drift_text(const nlohmann::json& checks);

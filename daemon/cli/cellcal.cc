@@ -16,6 +16,7 @@
 
 #include "calib/estimate/solve.h"
 #include "calib/files/text.h"
+#include "daemon/api/http/socket_fault.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
@@ -101,8 +102,11 @@ std::vector<std::string> options_behind_command(const CLI::App& app,
   std::size_t at = 0;
   while (at < arguments.size()) {
     const std::string& given = arguments[at];
-    const bool with_next = given == "--socket" && at + 1 < arguments.size();
-    if (!with_next && !given.starts_with("--socket=") && given != "--json") break;
+    const std::string name = given.substr(0, given.find('='));
+    const bool with_value = name == "--socket" || name == "--language";
+    const bool with_next = with_value && given == name;
+    if (!with_value && given != "--json") break;
+    if (with_next && at + 1 == arguments.size()) break;
     options.emplace_back(arguments.begin() + static_cast<std::ptrdiff_t>(at),
                          arguments.begin() + static_cast<std::ptrdiff_t>(at + (with_next ? 2 : 1)));
     at += options.back().size();
@@ -135,10 +139,14 @@ std::optional<std::string> wrong_option(const CLI::App& app) {
   if (left.empty()) return std::nullopt;
   std::vector<std::string> names;
   for (const CLI::Option* option : named.front()->get_options())
-    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const std::string& name : option->get_lnames())
+      if (name != "help") names.push_back("--" + name);
   const auto dashed = std::find_if(left.begin(), left.end(),
                                    [](const std::string& one) { return one.starts_with('-'); });
   const std::string& wrong = dashed == left.end() ? left.front() : *dashed;
+  if (std::ranges::find(names, wrong.substr(0, wrong.find('='))) != names.end())
+    return fmt::format("{} stands before the command. Give it behind: {} {}", wrong,
+                       command_of(app), wrong);
   return fmt::format("unknown {} \"{}\".{}", dashed == left.end() ? "argument" : "option",
                      cellcal::calib::shown(wrong), nearest(wrong, names));
 }
@@ -167,6 +175,9 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}: {}\nsee '{} --help'\n", command_of(app),
                extra ? wrong_option(app).value_or(error.what()) : error.what(), command_of(app));
     return kWrongUsage;
+  } catch (const SocketFault& error) {
+    fmt::print(stderr, "{}: {}\n", command_of(app), say(error.phrase));
+    return kJobFailed;
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::broken_pipe) return status;  // of standard output: `| head`
     std::fprintf(stderr, "%s: %s\n", command_of(app).c_str(), system_words(error).c_str());

@@ -14,6 +14,7 @@
 #include "calib/files/json.h"
 #include "calib/model/units.h"
 #include "calib/words/phrase_json.h"
+#include "daemon/api/http/socket_fault.h"
 #include "daemon/cli/actions.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
@@ -224,17 +225,10 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
     try {
       status = get(daemon, "/v1/status", kLongestStatus);
     } catch (const SocketError&) {
-      throw SocketError(fmt::format(
-          "session {} was interrupted: cellcald ended or does not answer (its log: journalctl -u cellcald). The touches "
-          "made so far are kept. See that the arm has stopped, start cellcald (sudo systemctl start cellcald); how to go "
-          "on: 'cellcal status'",
-          session));
+      throw SocketFault({"say.cli.lost", {{"session", session}}});
     }
     if (number(status, "session") != session) {
-      throw std::runtime_error(
-          fmt::format("session {} is no longer running: cellcald was restarted, or another session "
-                      "began. See 'cellcal show {}'; how to go on: 'cellcal status'",
-                      session, session));
+      throw std::runtime_error(say({"say.cli.not_running", {{"session", session}}}));
     }
     for (const auto warnings = warnings_of(status); warned < warnings.size(); ++warned) {
       display.clear();
@@ -430,14 +424,9 @@ int show_status(const Connection& daemon) {
   std::string words = status_words(status);
   if (const std::int64_t session = number(status, "session");
       !daemon.json && text_in(status, "phase") == "done" &&
-      text_in(status, "kind") == "calibrate") {
-    const Response calibration =
-        http_request(daemon.socket, "GET", session_path(session) + "/calibration.json");
-    if (calibration.status == 200)
-      if (const std::string update = update_line(parse(calibration).value("update", json()));
-          !update.empty())
-        words += "calibration: " + update;
-  }
+      text_in(status, "kind") == "calibrate")
+    if (const auto update = update_of(daemon, session))
+      words += said({"say.cli.update", {{"words", update_phrase(*update)}}});
   return print_result(daemon.json, status, words);
 }
 
@@ -482,10 +471,8 @@ int abort(const Connection& daemon) {
   const json answer = [&] {
     try {
       return parse(ask(daemon, "POST", "/v1/abort", "", kLongestAbort));
-    } catch (const SocketError& silent) {
-      throw SocketError(
-          std::string(silent.what()) +
-          ". The arm may be moving: press the emergency stop, or release the enabling switch");
+    } catch (const SocketFault& silent) {
+      throw SocketFault({"say.cli.may_move", {{"words", silent.phrase}}});
     }
   }();
   json status = get(daemon, "/v1/status");
@@ -549,7 +536,7 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
       session = number(one, "id");
       break;
     }
-    if (!session) throw std::runtime_error("no calibration is finished yet. See 'cellcal history'");
+    if (!session) throw std::runtime_error(say("say.cli.report.none"));
   }
   const calib::Language language = language_of(daemon.language);
   const Response html =
@@ -577,14 +564,19 @@ json get(const Connection& daemon, const std::string& target, std::chrono::milli
 json parse(const Response& response) {
   json value = calib::parse_json(response.body);
   if (value.is_discarded())
-    throw SocketError(
-        "the daemon's answer is not JSON. Check that cellcal and cellcald are of the same version");
+    throw SocketFault("say.socket.no_json");
   return value;
 }
 
 Response ask(const Connection& daemon, const char* method, const std::string& target,
              const std::string& body, std::chrono::milliseconds most) {
-  Response response = http_request(daemon.socket, method, target, body, most);
+  Response response = [&] {
+    try {
+      return http_request(daemon.socket, method, target, body, most);
+    } catch (const SocketPermissionError&) {
+      throw SocketFault({"say.socket.permission", {{"socket", daemon.socket.string()}}}, true);
+    }
+  }();
   if (response.status < 300) return response;
   const json value = calib::parse_json(response.body);
   const bool words = value.is_object() && value.contains("error") && value["error"].is_string();

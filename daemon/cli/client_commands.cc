@@ -291,7 +291,7 @@ void add_token_commands(CLI::App& app, int& status) {
                          });
   add->add_option("--role", given->role, "look, operate or administer")
       ->required()
-      ->check(CLI::IsMember({"look", "operate", "administer"}));
+      ->check(one_of({"look", "operate", "administer"}));
   add->add_option("--name", given->name, "Name in lists and logs")->required();
   add_plain(*token, status, "list", "List the tokens: names and roles", list_tokens,
             "Example: cellcal token list --json");

@@ -1,5 +1,8 @@
 #include "daemon/cli/commands.h"
 
+#include <fmt/format.h>
+
+#include <cstdio>
 #include <cstdlib>
 
 #include "calib/files/calibration_json.h"
@@ -20,9 +23,9 @@ void add_language(CLI::App& command, std::string& given) {
   command
       .add_option(
           "--language", given,
-          "Language of the sentences, else the configuration's or that of LC_ALL, LC_MESSAGES or "
+          "Language of the sentences, else that of a given configuration, of LC_ALL, LC_MESSAGES or "
           "LANG; JSON is in English")
-      ->check(CLI::IsMember(calib::Language::codes()))
+      ->check(one_of(calib::Language::codes()))
       ->each([](const std::string& code) { given_language() = code; });
 }
 
@@ -33,6 +36,10 @@ std::string say(const calib::Phrase& phrase) {
 }
 
 std::string said(const calib::Phrase& phrase) { return phrase.empty() ? "" : say(phrase) + "\n"; }
+
+void warn(const calib::Phrase& phrase) {
+  fmt::print(stderr, "{}", said({"say.cli.warning", {{"words", phrase}}}));
+}
 
 calib::Language language_of(const std::string& given) {
   std::string code = given;

@@ -1,14 +1,21 @@
 #pragma once
 // Each function declares its commands; the selected one sets `status` and may throw.
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "calib/words/phrase.h"
 #include "daemon/cli/client.h"
@@ -93,18 +100,31 @@ inline CLI::Validator session_number() {
 /// Validator of a number in that range; CLI::Range calls a decimal comma out of range.
 template <class T>
 CLI::Validator between(T low, T high) {
-  const CLI::Range range(low, high);
   return CLI::Validator(
-      [range](std::string& text) {
+      [low, high](std::string& text) -> std::string {
         double number = 0.0;
         const char* const end = text.data() + text.size();
         const auto [at, error] =
             std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, number);
         if (error != std::errc() || at != end)
           return "\"" + text + "\" is not a number (use a decimal point)";
-        return range(text);
+        if (std::is_integral_v<T> && number != std::floor(number))
+          return text + " is not a whole number";
+        return number >= low && number <= high
+                   ? ""
+                   : fmt::format("{} is not between {} and {}", text, low, high);
       },
-      range.get_description());
+      CLI::Range(low, high).get_description());
+}
+
+/// Validator of a word from a list.
+inline CLI::Validator one_of(const std::vector<std::string>& words) {
+  return CLI::Validator(
+      [words](const std::string& text) {
+        const bool known = std::find(words.begin(), words.end(), text) != words.end();
+        return known ? "" : fmt::format("\"{}\" is none of {}", text, fmt::join(words, ", "));
+      },
+      CLI::IsMember(words).get_description());
 }
 
 // Language of a command's sentences.
@@ -117,6 +137,8 @@ void add_language(CLI::App& command);
 std::string say(const calib::Phrase& phrase);
 /// As a line of its own; "" for an empty phrase.
 std::string said(const calib::Phrase& phrase);
+/// "warning: ..." on standard error.
+void warn(const calib::Phrase& phrase);
 /// As given, otherwise of the first of LC_ALL, LC_MESSAGES and LANG that is set; English without a catalogue of it.
 calib::Language language_of(const std::string& given);
 /// As given, otherwise of the configuration where that is another than English, otherwise as above.

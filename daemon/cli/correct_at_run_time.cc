@@ -43,7 +43,7 @@ krl::BackupFiles one_program(const CorrectCommand& command) {
   return all;
 }
 
-/// Of a single program.
+/// Warnings of called routines that stay uncorrected; none of a backup, which has all modules.
 std::vector<calib::Phrase> callees_beside(const CorrectCommand& command,
                                           const krl::BackupFiles& files) {
   if (!command.backup.empty()) return {};

@@ -6,9 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "calib/files/calibration_json.h"
 #include "calib/result/drift_chart.h"
+#include "calib/result/finding_phrase.h"
 #include "calib/result/update.h"
 #include "daemon/api/http/http.h"
+#include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 
 namespace cellcal::daemon {
@@ -56,7 +59,7 @@ std::string plot(const std::vector<json>& points) {
     if (highest[column] >= 0.0) rows[row_of(highest[column])][column] = 'o';
   std::string text;
   for (std::size_t row = kRows; row-- > 0;) {
-    const std::string label = row == row_of(1.0) ? "alarm" : row == 0 ? "0" : "";
+    const std::string label = row == row_of(1.0) ? say("say.cli.drift.alarm") : row == 0 ? "0" : "";
     text +=
         fmt::format("{:>6} |{}\n", label, rows[row].substr(0, rows[row].find_last_not_of(' ') + 1));
   }
@@ -64,18 +67,19 @@ std::string plot(const std::vector<json>& points) {
                             calib::date_words(from), kColumns - 10, calib::date_words(to));
 }
 
-/// State of a point, for display.
-std::string state_words(const std::string& state) {
-  return state == "too_few"      ? "too few to judge"
-         : state == "in_control" ? "in control"
-         : state == "warns"      ? "warning"
-         : state == "alarms"     ? "ALARM"
-                                 : state;
+/// A name of the API in words; itself where this version does not know it.
+std::string named(const char* prefix, const std::string& name) {
+  const std::string id = prefix + name;
+  return calib::sentence_of(id) ? say(id) : name;
 }
 
-/// Reason why a point is not counted.
-std::string left_out_words(const std::string& why) {
-  return why == "not_the_tool" ? "not the tool" : why == "other_touches" ? "other touches" : why;
+/// State of a check, and why it is not counted.
+std::string state_of(const json& point) {
+  const std::string state = named("say.cli.drift.state.", text_in(point, "state"));
+  const std::string why = text_in(point, "left_out");
+  if (why.empty()) return state;
+  return say({"say.cli.drift.left_out",
+              {{"state", state}, {"why", named("say.cli.drift.left_out.", why)}}});
 }
 
 std::string row(const json& point) {
@@ -83,16 +87,13 @@ std::string row(const json& point) {
   const std::string warm = temperature != point.end() && temperature->is_number()
                                ? fmt::format("{:.1f}", temperature->get<double>())
                                : "-";
-  const std::string left_out = text_in(point, "left_out");
-  const bool measured = left_out.empty() && point.value("off_mm", json()).is_array();
-  const std::string state = state_words(text_in(point, "state"));
   return fmt::format("{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n",
                      static_cast<std::int64_t>(number_in(point, "session")),
                      calib::date_words(number_in(point, "time_s")), warm,
                      component(point, "off_mm", 0), component(point, "off_mm", 1),
                      component(point, "off_mm", 2),
-                     measured ? fmt::format("{:.0f}", 100.0 * number_in(point, "share")) : "-",
-                     left_out.empty() ? state : state + ", left out: " + left_out_words(left_out));
+                     counts(point) ? fmt::format("{:.0f}", 100.0 * number_in(point, "share")) : "-",
+                     state_of(point));
 }
 
 /// Changes of the cell that the checks are read with.
@@ -104,30 +105,26 @@ std::string events_text(const json& checks) {
       text += fmt::format("{:<10}  {}\n", time_s > 0.0 ? calib::date_words(time_s) : "-",
                           text_in(one, "words"));
     }
-  return text.empty() ? text : "\nchanges of the cell:\n" + text;
+  return text.empty() ? text : "\n" + said("say.cli.drift.events") + text;
 }
 
 }  // namespace
 
-std::string update_line(const json& update) {
-  if (!update.is_object()) return {};
-  const auto outcome = by_own_name<calib::UpdateOutcome>(text_in(update, "outcome"));
-  std::string text = fmt::format(
-      "{} {}, {} touches",
-      outcome == calib::UpdateOutcome::kUpdated ? "an update of" : "no update of",
-      text_in(update, "stands_on"), static_cast<std::int64_t>(number_in(update, "touches")));
-  const json explanations = update.value("explanations", json::array());
-  if (outcome == calib::UpdateOutcome::kUpdated && !explanations.empty())
-    text += ": " + text_in(explanations.front(), "words");
-  return text + "\n";
+calib::Phrase update_phrase(const calib::UpdateOrigin& update) {
+  const bool updated = update.outcome == calib::UpdateOutcome::kUpdated;
+  const calib::Phrase made{
+      updated ? "say.cli.update.made" : "say.cli.update.none",
+      {{"last", calib::calibration_phrase(update.stands_on)}, {"n", update.touches}}};
+  if (!updated || update.explanations.empty()) return made;
+  return calib::joined("say.join.colon", made, calib::phrase(update.explanations.front()));
 }
 
 std::string drift_text(const json& checks) {
-  if (!checks.is_object())
-    return "no published calibration, so nothing to check. Calibrate first: 'cellcal run'\n";
-  std::string text = fmt::format("checks of the calibration of session {} ({})\n",
-                                 static_cast<std::int64_t>(number_in(checks, "calibration")),
-                                 text_in(checks, "calibrated"));
+  if (!checks.is_object()) return said("say.cli.drift.none");
+  std::string text =
+      said({"say.cli.drift.head",
+            {{"session", static_cast<std::int64_t>(number_in(checks, "calibration"))},
+             {"date", text_in(checks, "calibrated")}}});
   for (const json& line : checks.value("words", json::array()))
     if (line.is_string()) text += line.get<std::string>() + "\n";
   std::vector<json> points;
@@ -135,8 +132,7 @@ std::string drift_text(const json& checks) {
     if (point.is_object()) points.push_back(point);
   if (points.empty()) return text + events_text(checks);
   if (std::ranges::count_if(points, counts) > 1) text += "\n" + plot(points);
-  text += fmt::format("\n{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n", "check", "ended",
-                      "deg C", "x mm", "y mm", "z mm", "alarm %", "state");
+  text += "\n" + said("say.cli.drift.columns");
   for (std::size_t k = points.size() - std::min(points.size(), kNewest); k < points.size(); ++k)
     text += row(points[k]);
   return text + events_text(checks);
@@ -147,28 +143,32 @@ std::string acknowledged_text(const json& controller) {
   std::string text;
   const auto value = controller.find("value");
   if (value != controller.end() && value->is_number_integer())
-    text += fmt::format("CELLCAL_ADVICE on the controller: {} ({}), since {}\n",
-                        value->get<std::int64_t>(), text_in(controller, "told"),
-                        text_in(controller, "told_at"));
+    text += said({"say.cli.drift.advice",
+                  {{"value", value->get<std::int64_t>()},
+                   {"holding", text_in(controller, "told")},
+                   {"since", text_in(controller, "told_at")}}});
   if (const std::string trouble = text_in(controller, "trouble"); !trouble.empty())
-    text += "CELLCAL_ADVICE not confirmed: " + trouble + "\n";
+    text += said({"say.cli.drift.trouble", {{"words", trouble}}});
   return text;
 }
 
+std::optional<calib::UpdateOrigin> update_of(const Connection& daemon, std::int64_t session) {
+  const Response calibration = http_request(
+      daemon.socket, "GET", fmt::format("/v1/sessions/{}/calibration.json", session));
+  if (calibration.status != 200) return std::nullopt;
+  return calib::calibration_from_json(calibration.body, "the daemon's calibration").update;
+}
+
 int show_drift(const Connection& daemon) {
-  const json answer = parse(ask(daemon, "GET", "/v1/drift"));
+  const json answer = get(daemon, "/v1/drift");
   const json checks = answer.value("checks", json());
   std::string update;
-  if (!daemon.json && checks.is_object()) {
-    const Response calibration =
-        http_request(daemon.socket, "GET",
-                     fmt::format("/v1/sessions/{}/calibration.json",
-                                 static_cast<std::int64_t>(number_in(checks, "calibration"))));
-    if (calibration.status == 200) update = update_line(parse(calibration).value("update", json()));
-  }
+  if (!daemon.json && checks.is_object())
+    if (const auto of =
+            update_of(daemon, static_cast<std::int64_t>(number_in(checks, "calibration"))))
+      update = said({"say.cli.drift.update", {{"words", update_phrase(*of)}}});
   put(daemon.json ? checks.dump() + "\n"
-                  : (update.empty() ? "" : "the calibration is " + update) + drift_text(checks) +
-                        acknowledged_text(answer.value("controller", json())),
+                  : update + drift_text(checks) + acknowledged_text(answer.value("controller", json())),
       {});
   return checks.is_object() && text_in(checks, "state") == "alarms" ? kNotPublishable : kSuccess;
 }

@@ -152,11 +152,17 @@ PlannedCell plan_it(const calib::Cell& cell, std::vector<calib::Phrase>& warning
   return planned;
 }
 
+/// "1 sphere", "4 spheres".
+std::string counted(std::size_t count, const char* one) {
+  return fmt::format("{} {}{}", count, one, count == 1 ? "" : "s");
+}
+
 std::string words(const NewCellCommand& command, const CellForm& form, const calib::Cell& cell,
                   const std::vector<calib::Phrase>& warnings, const PlannedCell& planned) {
   const std::string file = command.output.string();
-  std::string text = fmt::format("{}: {}, {} spheres, {} certified lengths\n", file,
-                                 cell.robot.name, form.spheres.size(), form.lengths.size());
+  std::string text =
+      fmt::format("{}: {}, {}, {}\n", file, cell.robot.name,
+                  counted(form.spheres.size(), "sphere"), counted(form.lengths.size(), "certified length"));
   for (const calib::Phrase& one : warnings) text += "warning: " + calib::words(one) + "\n";
   if (form.lengths.empty())
     text += "warning: no certified length: the result will count near the spheres only\n";
@@ -191,20 +197,6 @@ std::string as_json(const NewCellCommand& command, const std::vector<calib::Phra
   return value.dump(1) + "\n";
 }
 
-/// Checked before the first question, so that no answers are lost.
-void require_output_folder(const NewCellCommand& command) {
-  const std::filesystem::path folder = std::filesystem::absolute(command.output).parent_path();
-  if (!std::filesystem::is_directory(folder))
-    throw std::runtime_error(fmt::format(
-        "folder {} does not exist. Create it, or choose another with -o", folder.string()));
-  if (std::filesystem::is_directory(command.output))
-    throw std::runtime_error(command.output.string() + " is a folder. Give a file in it with -o");
-  if (::access(folder.c_str(), W_OK) != 0)
-    throw std::runtime_error(
-        fmt::format("no permission to write into {}. Use sudo, or choose another folder with -o",
-                    folder.string()));
-}
-
 void refuse_to_replace(const NewCellCommand& command) {
   if (std::filesystem::exists(command.output) && !command.force)
     throw std::runtime_error(command.output.string() +
@@ -214,7 +206,7 @@ void refuse_to_replace(const NewCellCommand& command) {
 }  // namespace
 
 int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& asked) {
-  require_output_folder(command);
+  require_output_folder(command.output);  // before the first question, so that no answers are lost
   refuse_to_replace(command);
   CellForm form;
   ask_for_rest(form, apply_request_options(command, form), command.output, in, asked);

@@ -1,6 +1,7 @@
 #include "daemon/cli/offline.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -243,6 +244,18 @@ std::string result_words(const calib::Calibration& calibration,
   return text + verdict;
 }
 
+void require_output_folder(const std::filesystem::path& output) {
+  const std::filesystem::path folder = std::filesystem::absolute(output).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw std::runtime_error(
+        fmt::format("folder {} does not exist. Create it, or choose another", folder.string()));
+  if (std::filesystem::is_directory(output))
+    throw std::runtime_error(output.string() + " is a folder. Give a file in it");
+  if (::access(folder.c_str(), W_OK) != 0)
+    throw std::runtime_error(fmt::format(
+        "no permission to write into {}. Use sudo, or choose another folder", folder.string()));
+}
+
 namespace {
 
 calib::InputFile input(const char* role, const std::string& name, const std::string& text) {
@@ -256,15 +269,17 @@ void write_output(const std::filesystem::path& output, const std::string& text) 
   std::error_code ignored;
   const fs::file_status status = fs::status(output, ignored);
   if (name.starts_with("/dev/") || name.starts_with("/proc/") ||
-      (fs::exists(status) && !fs::is_regular_file(status))) {
+      (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status))) {
     std::ofstream stream(output, std::ios::binary);
-    if (!(stream << text << std::flush)) throw std::runtime_error(name + ": cannot be written");
+    if (!(stream << text << std::flush))
+      throw std::runtime_error(name + ": cannot be written. Choose another file");
     return;
   }
   constexpr int kMostLinks = 40;
   fs::path file = output;
   for (int k = 0; k < kMostLinks && fs::is_symlink(file); ++k)
     file = file.parent_path() / fs::read_symlink(file);
+  require_output_folder(file);
   write_atomically(file, text);
 }
 
@@ -272,7 +287,7 @@ void write_output(const std::filesystem::path& output, const std::string& text) 
 void warn_of_cell(const calib::Cell& cell) {
   try {
     for (const calib::CellFault& fault : calib::faults_of(cell))
-      fmt::print(stderr, "warning: {}\n", words(phrase(fault)));
+      warn(phrase(fault));
   } catch (const calib::PlanError&) {  // of a robot that sessions cannot move
   }
 }
@@ -292,9 +307,8 @@ void warn_of_radians(const std::filesystem::path& csv, const calib::Robot& robot
     for (std::size_t i = robot.first_turning(); i < row.size(); ++i)
       largest_deg = std::max(largest_deg, std::abs(row[i]) * calib::kDegPerRad);
   if (rows.size() < kFewestRows || largest_deg == 0.0 || largest_deg > calib::kRadPerTurn) return;
-  fmt::print(stderr, "warning: {}\n",
-             say({"say.cli.radians",
-                  {{"file", csv.string()}, {"largest", largest_deg}, {"n", rows.size()}}}));
+  warn({"say.cli.radians",
+        {{"file", csv.string()}, {"largest", largest_deg}, {"n", rows.size()}}});
 }
 
 void put(const std::string& text, const std::filesystem::path& output) {
@@ -353,11 +367,10 @@ namespace {
 
 std::string withheld_words(const std::string& command, const std::filesystem::path& calibration,
                            const calib::Verdict& verdict) {
-  std::string words = fmt::format(
-      "cellcal {}: {}: this calibration was withheld and must not be used. Calibrate again; "
-      "--withheld accepts it for inspection only\n",
-      command, calibration.string());
-  for (const std::string& reason : calib::words(verdict.findings)) words += "  - " + reason + "\n";
+  std::string words =
+      said({"say.cli.withheld", {{"command", command}, {"file", calibration.string()}}});
+  for (const calib::Finding& reason : verdict.findings)
+    words += "  - " + said(calib::phrase(reason));
   return words;
 }
 

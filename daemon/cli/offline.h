@@ -121,6 +121,8 @@ void report_reading(const std::filesystem::path& csv);
 void warn_of_radians(const std::filesystem::path& csv, const calib::Robot& robot,
                      std::span<const calib::JointVector> rows);
 
+/// Throws std::runtime_error, with the remedy, where no file of this name can be made.
+void require_output_folder(const std::filesystem::path& output);
 /// Writes the file, completely or not at all, or standard output if no file is given.
 void put(const std::string& text, const std::filesystem::path& output);
 /// The value as one line of JSON, or the words, on standard output. Returns kSuccess.

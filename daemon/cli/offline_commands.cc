@@ -35,7 +35,7 @@ void add_identify(CLI::App& app, int& status) {
       ->add_option("--method", given->method,
                    "map: maximum a posteriori (usual). For comparison: plain, the same without "
                    "functions of the joints' angles; paper, method of Wang et al. 2024")
-      ->check(CLI::IsMember({"map", "plain", "paper"}))
+      ->check(one_of({"map", "plain", "paper"}))
       ->capture_default_str();
   command->add_flag("--json", given->json, "Print the calibration as JSON");
   command->add_flag("--verbose", given->verbose, "Print all findings, not only the summary");
@@ -177,7 +177,7 @@ void add_kuka_files(CLI::App& app, int& status) {
       "--cell", given->cell,
       "Cell file: RSI's program keeps the axes within the ranges of its robot, too");
   command->add_option("--wire", given->wire, "rsi or eki [the configuration's backend]")
-      ->check(CLI::IsMember({"rsi", "eki"}));
+      ->check(one_of({"rsi", "eki"}));
   command->add_flag("--json", given->json, "Print the written files and their places as JSON");
   command->callback([given, &status] {
     if (given->output.empty() && given->verify.empty()) {
@@ -216,7 +216,7 @@ void add_export_robot(CLI::App& app, int& status) {
           "urdf; yaml: frames of the joints for ROS 2 drivers; dh: Denavit-Hartenberg "
           "parameters (CSV); json: all parameters; kuka: a positioner's frames for the machine data, "
           "$ETn_TA1KR or the root point, and the turn of the foot on a linear unit")
-      ->check(CLI::IsMember({"urdf", "yaml", "dh", "json", "kuka"}))
+      ->check(one_of({"urdf", "yaml", "dh", "json", "kuka"}))
       ->capture_default_str();
   CLI::Option* urdf = command->add_option(
       "--urdf", given->urdf,

@@ -35,15 +35,14 @@ void warn_of_axis(const calib::PositionerLine& line, std::size_t axis,
   const auto count = std::ranges::count_if(carrier_rad, outside);
   if (count == 0) return;
   const auto first = std::ranges::find_if(carrier_rad, outside);
-  fmt::print(stderr, "warning: {}\n",
-             say({"say.cli.outside_touched",
-                  {{"n", count},
-                   {"all", carrier_rad.size()},
-                   {"row", first - carrier_rad.begin() + 1},
-                   {"axis", line.axis},
-                   {"deg", (*first)[axis] * calib::kDegPerRad},
-                   {"least", (*line.touched_rad)[0] * calib::kDegPerRad},
-                   {"most", (*line.touched_rad)[1] * calib::kDegPerRad}}}));
+  warn({"say.cli.outside_touched",
+        {{"n", count},
+         {"all", carrier_rad.size()},
+         {"row", first - carrier_rad.begin() + 1},
+         {"axis", line.axis},
+         {"deg", (*first)[axis] * calib::kDegPerRad},
+         {"least", (*line.touched_rad)[0] * calib::kDegPerRad},
+         {"most", (*line.touched_rad)[1] * calib::kDegPerRad}}});
 }
 
 }  // namespace
@@ -81,12 +80,11 @@ void warn_outside_scope(const calib::Calibration& calibration,
     return !scope.holds_at(tcp_m, static_cast<int>(carriers));
   };
   if (const auto count = std::ranges::count_if(tcps_m, outside); count > 0)
-    fmt::print(stderr, "warning: {}\n",
-               say({calibration.region.empty() ? "say.cli.outside_scope.targets"
-                                               : "say.cli.outside_scope.postures",
-                    {{"n", count},
-                     {"all", tcps_m.size()},
-                     {"row", std::ranges::find_if(tcps_m, outside) - tcps_m.begin() + 1}}}));
+    warn({calibration.region.empty() ? "say.cli.outside_scope.targets"
+                                     : "say.cli.outside_scope.postures",
+          {{"n", count},
+           {"all", tcps_m.size()},
+           {"row", std::ranges::find_if(tcps_m, outside) - tcps_m.begin() + 1}}});
   for (std::size_t j = 0; j < carriers; ++j)
     if (j < calibration.positioner.size())
       warn_of_axis(calibration.positioner[j], j, carrier_rad);

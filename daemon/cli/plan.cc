@@ -95,7 +95,7 @@ calib::AccuracyRegion region_of_programs(const PlanCommand& command, const calib
       if (++programs_without[name] == command.programs.size()) throw error;
     region.postures.insert(region.postures.end(), found.postures.begin(), found.postures.end());
     for (const krl::Refusal& one : found.refusals)
-      fmt::print(stderr, "warning: {}\n", say(krl::phrase(one, cell.robot)));
+      warn(krl::phrase(one, cell.robot));
   }
   if (region.postures.size() < calib::AccuracyRegion::kFewestPostures)
     throw calib::FileError(fmt::format(
@@ -200,7 +200,7 @@ int plan(const PlanCommand& command) {
   if (!command.last.empty())
     cell = with_functions_of(read_calibration(command.last).cell.robot, std::move(cell));
   for (const calib::Phrase& warning : calib::refuse_faulty(cell))
-    fmt::print(stderr, "warning: {}\n", words(warning));
+    warn(warning);
   calib::PlanOptions options;
   options.fit_touches = command.touches;
   options.check_touches = command.check;
@@ -216,11 +216,11 @@ int plan(const PlanCommand& command) {
     return calib::make_plan(cell, options, begin_of(command, cell.robot));
   }();
   if (const auto fault = calib::fault_of(cell, made))
-    fmt::print(stderr, "warning: {}\n", words(phrase(*fault)));
+    warn(phrase(*fault));
   if (const auto low = calib::below_feet(cell, made))
-    fmt::print(stderr, "warning: {}\n", words(phrase(*low)));
+    warn(phrase(*low));
   const auto short_of = missed(command, made);
-  if (short_of) fmt::print(stderr, "warning: {}\n", say(*short_of));
+  if (short_of) warn(*short_of);
   const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
   if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
   if (command.json) {

@@ -76,7 +76,7 @@ calib::Calibration with_load(const calib::Calibration& calibration,
             : fmt::format("{}", fmt::join(loads | std::views::transform(&calib::Load::id), ", "))));
   const auto& touched = calibration.touched_loads;
   if (!touched.empty() && std::ranges::find(touched, given[0]) == touched.end())
-    fmt::print(stderr, "warning: {}\n", say({"say.cli.load.untouched", {{"load", given[0]}}}));
+    warn({"say.cli.load.untouched", {{"load", given[0]}}});
   return calib::with_load(calibration, given[0]);
 }
 

@@ -40,7 +40,7 @@ std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, 
 }
 
 std::string in_words(const ContactDelay& delay) {
-  return fmt::format("{:.2f} +- {:.2f} ms ({} touches)", calib::kMsPerS * delay.delay_s,
+  return fmt::format("{:.2f} ± {:.2f} ms ({} touches)", calib::kMsPerS * delay.delay_s,
                      calib::kMsPerS * delay.sigma_s, delay.touches);
 }
 

@@ -6,7 +6,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "calib/result/drift_chart.h"
+#include "calib/result/drift_phrase.h"
 #include "calib/result/finding_phrase.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/files/atomic_file.h"
@@ -65,7 +65,8 @@ void add_drift(Notice& notice, Journal& journal) {
   notice.by_chart = notice.news != News::kDrifted;
   notice.news = alarms ? News::kDrifted : News::kRecovered;
   notice.advice = drift->chart.advice;
-  for (const std::string& line : calib::words(drift->chart)) notice.findings.push_back(line);
+  for (calib::Phrase& line : calib::phrases(drift->chart))
+    notice.findings.push_back(std::move(line));
 }
 
 void add_outcome(Notice& notice, const SessionOutcome& outcome, bool of_another) {

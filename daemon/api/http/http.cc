@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "calib/model/enum_table.h"
+#include "daemon/api/http/socket_fault.h"
 
 namespace cellcal::daemon {
 
@@ -30,7 +31,7 @@ constexpr std::size_t kLongestPath = 107;
 
 void require_socket_path(const std::filesystem::path& socket) {
   if (socket.empty() || socket.string().size() > kLongestPath) {
-    throw SocketError("socket path \"" + socket.string() + "\" must have 1 to 107 characters");
+    throw SocketFault({"say.socket.path", {{"socket", socket.string()}}});
   }
 }
 
@@ -44,13 +45,11 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
   peer.socket().connect(socket.string(), code);
   if (code == asio::error::access_denied) {
     throw SocketPermissionError(
-        "no permission for " + socket.string() +
-        ". Add yourself to the group: sudo adduser \"$USER\" cellcal, then log in again");
+        calib::words({"say.socket.permission", {{"socket", socket.string()}}}));
   }
   if (code) {
-    throw SocketError("no cellcald answers on " + socket.string() + " (" + code.message() +
-                      "). Start it (sudo systemctl start cellcald), or give its socket with "
-                      "--socket");
+    throw SocketFault(
+        {"say.socket.closed", {{"socket", socket.string()}, {"why", code.message()}}});
   }
   http::request<http::string_body> request(http::string_to_verb(method), target, 11);
   request.set(http::field::host, "cellcald");
@@ -70,8 +69,8 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
   });
   context.run();
   if (code) {
-    throw SocketError("cellcald on " + socket.string() + " did not answer: " + code.message() +
-                      "; see its log");
+    throw SocketFault(
+        {"say.socket.silent", {{"socket", socket.string()}, {"why", code.message()}}});
   }
   auto message = parser.release();
   return {static_cast<int>(message.result_int()), std::string(message[http::field::content_type]),

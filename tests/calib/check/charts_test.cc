@@ -13,7 +13,7 @@
 #include "calib/check/drift.h"
 #include "calib/files/calibration_json.h"
 #include "calib/model/linear.h"
-#include "calib/result/drift_chart.h"
+#include "calib/result/drift_phrase.h"
 
 namespace cellcal::calib {
 namespace {
@@ -117,7 +117,7 @@ TEST(DriftCharts, AlarmsFromTheFirstCheckOnWhereNoneEverHeld) {
     EXPECT_EQ(chart.not_held->checks, checks.size());
     EXPECT_EQ(chart.advice, DriftAdvice::kReMeasureTcp);
     EXPECT_EQ(state_words(chart).find("alarm: check "), 0U) << state_words(chart);
-    EXPECT_NE(state_words(chart).find("does not hold: TCP shift 0.99 +- 0.05 mm (k=2)"),
+    EXPECT_NE(state_words(chart).find("does not hold: TCP shift 0.99 ± 0.05 mm (k=2)"),
               std::string::npos)
         << state_words(chart);
     const auto json = nlohmann::json::parse(drift_to_json(chart));
@@ -267,6 +267,7 @@ TEST(DriftCharts, SaysHowManyChecksItLacks) {
   EXPECT_EQ(state_words(one), "not enough checks: 1 of 5");
   EXPECT_EQ(drift_chart({}).state, DriftState::kTooFew);
   EXPECT_EQ(state_words(drift_chart({})), "not enough checks: 0 of 5");
+  EXPECT_EQ(words(state_phrase(one), Language::of("de").value()), "zu wenige Prüfungen: 1 von 5");
   EXPECT_EQ(drift_chart(checks_of(5, still)).state, DriftState::kInControl);
 }
 

@@ -163,11 +163,11 @@ TEST(CauseWords, OfSizes) {
                            {{"measured", 61.8, "mm", 0.02}, {"stated", 61.4, "mm"}}};
   const FindingPart wires{{}, {{"longer", -0.4, "mm", 0.05}}};
   EXPECT_EQ(cause_words(likely(LikelyCause::kArtefactSize, {}, {}, {wires})),
-            "readings of all wires: 0.40 +- 0.05 mm too long. Check where the wire reads zero");
+            "readings of all wires: 0.40 ± 0.05 mm too long. Check where the wire reads zero");
   EXPECT_EQ(
       cause_words(likely(LikelyCause::kArtefactSize, {}, {}, {sphere, wires})),
-      "diameter of S2: 61.400 mm stated, 61.80 +- 0.02 mm measured, or readings of all wires: "
-      "0.40 +- 0.05 mm too long. Check diameter_mm, and clean the sphere");
+      "diameter of S2: 61.400 mm stated, 61.80 ± 0.02 mm measured, or readings of all wires: "
+      "0.40 ± 0.05 mm too long. Check diameter_mm, and clean the sphere");
   EXPECT_TRUE(cause_words(likely(LikelyCause::kArtefactSize, {}, {{"lengths", 1.0, ""}}, {sphere}))
                   .ends_with("Check diameter_mm and the certified lengths, and clean the sphere"));
 }
@@ -175,7 +175,7 @@ TEST(CauseWords, OfSizes) {
 TEST(CauseWords, OfLengths) {
   EXPECT_EQ(cause_words(likely(LikelyCause::kCertifiedLength, about_length("S1", "S2"),
                                {{"stated", 400.0, "mm"}, {"measured", 400.1, "mm", 0.01}})),
-            "certified length S1-S2: 400.000 mm stated, 400.10 +- 0.01 mm measured. Measure it "
+            "certified length S1-S2: 400.000 mm stated, 400.10 ± 0.01 mm measured. Measure it "
             "again, or check that neither target was moved");
   EXPECT_NE(cause_words(likely(LikelyCause::kCertifiedLength, about_length("S1", "S2"),
                                {{"stated", 400.0, "mm"}}))

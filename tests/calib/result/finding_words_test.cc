@@ -127,7 +127,7 @@ TEST(FindingWords, OfWhatTheFilesState) {
                   {"measured", 400.1, "mm", 0.01},
                   {"apart", 7.0, "sigma"},
                   {"others", 0.0, ""}}),
-            "certified length S1-S2: 400.000 mm stated, 400.100 +- 0.010 mm measured (7 sigma). "
+            "certified length S1-S2: 400.000 mm stated, 400.100 ± 0.010 mm measured (7 sigma). "
             "Measure it again, or check that neither target was moved");
   EXPECT_EQ(said(FindingKind::kCertifiedTwice, about_length("S1", "S2"),
                  {{"certified", 400.0, "mm"}, {"certified_again", 400.5, "mm"}}),
@@ -135,11 +135,11 @@ TEST(FindingWords, OfWhatTheFilesState) {
             "Leave it out");
   EXPECT_EQ(said(FindingKind::kArtefactSize, about_target(target("S2")),
                  {{"stated", 61.4, "mm"}, {"measured", 61.8, "mm", 0.02}, {"apart", 9.0, "sigma"}}),
-            "diameter of S2: 61.400 mm stated, 61.80 +- 0.02 mm measured (9 sigma). "
+            "diameter of S2: 61.400 mm stated, 61.80 ± 0.02 mm measured (9 sigma). "
             "Check diameter_mm, and clean it");
   EXPECT_EQ(
       said(FindingKind::kArtefactSize, {}, {{"longer", -0.4, "mm", 0.05}, {"apart", 8.0, "sigma"}}),
-      "all wires: readings 0.40 +- 0.05 mm too long (8 sigma). Check where the wire reads zero");
+      "all wires: readings 0.40 ± 0.05 mm too long (8 sigma). Check where the wire reads zero");
   Subject a4_theta;
   a4_theta.of = Subject::Of::kParameter;
   a4_theta.name = "A4.theta";
@@ -204,17 +204,17 @@ TEST(FindingWords, OfUpdates) {
                                        {"before", 0.11, "mm"}};
   EXPECT_EQ(
       said(FindingKind::kUpdated, about_tool("tool"), shift, {}, "session 1"),
-      "updated: tool shifted by 1.30 +- 0.04 mm (k=2), probability 99.0 %, 8 touches on top "
+      "updated: tool shifted by 1.30 ± 0.04 mm (k=2), probability 99.0 %, 8 touches on top "
       "of session 1; 0.120 mm predicted over the workspace, 0.110 mm before the change. Check "
       "the tool's fastening");
   const FindingPart sphere{about_target(target("S2")), {{"shift", 2.0, "mm", 0.05}}};
   EXPECT_EQ(said(FindingKind::kUpdateContradicted, about_tool("tool"), shift, {sphere}),
-            "not updated: more than one change found (8 touches): tool shifted by 1.30 +- 0.04 mm "
-            "(k=2); next likely: S2 moved by 2.00 +- 0.10 mm (k=2). Run a full session: 'cellcal "
+            "not updated: more than one change found (8 touches): tool shifted by 1.30 ± 0.04 mm "
+            "(k=2); next likely: S2 moved by 2.00 ± 0.10 mm (k=2). Run a full session: 'cellcal "
             "run --cell CELL'");
   EXPECT_EQ(
       said(FindingKind::kUpdateNotResolved, about_tool("tool"), shift),
-      "not updated: tool shifted by 1.30 +- 0.04 mm (k=2), probability 99.0 %, 8 touches: not "
+      "not updated: tool shifted by 1.30 ± 0.04 mm (k=2), probability 99.0 %, 8 touches: not "
       "resolved; 0.120 mm predicted over the workspace, 0.110 mm before the change. Run a "
       "full session: 'cellcal run --cell CELL'");
 }
@@ -225,31 +225,31 @@ TEST(FindingWords, OfWhatWentWrong) {
   const std::vector<Quantity> shift = {
       {"shift", 0.52, "mm", 0.03}, {"x", 0.1, "mm"}, {"y", -0.5, "mm"}, {"z", 0.1, "mm"}};
   EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), shift),
-            "moved target: S2 moved by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) after touch 12 (line "
+            "moved target: S2 moved by 0.52 ± 0.03 mm (+0.10, -0.50, +0.10) after touch 12 (line "
             "13). Clamp it and calibrate again");
   std::vector<Quantity> by_time = shift;
   by_time.push_back({"rank", 3.0, ""});
   EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), by_time),
-            "moved target: S2 moved by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) after touch 3 in time "
+            "moved target: S2 moved by 0.52 ± 0.03 mm (+0.10, -0.50, +0.10) after touch 3 in time "
             "(row 12, line 13). Clamp it and calibrate again");
   std::vector<Quantity> or_lengths = shift;
   or_lengths.push_back({"or_lengths", 1.0, ""});
   EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), or_lengths),
-            "moved target or wrong certified length: S2 moved by 0.52 +- 0.03 mm (+0.10, -0.50, "
+            "moved target or wrong certified length: S2 moved by 0.52 ± 0.03 mm (+0.10, -0.50, "
             "+0.10) after touch 12 (line 13). Clamp it and calibrate again. Or correct the "
             "certified lengths: without them the change is not significant");
   const FindingPart slipped{after(about_joint("A3"), 49, {}), {{"turn", 0.05, "deg", 0.004}}};
   const FindingPart knocked{after(about_tool("tool"), 49, {}), shift};
   EXPECT_EQ(said(FindingKind::kJumped, {}, {{"touches", 100.0, ""}}, {slipped}),
-            "slipped joint: zero of A3 jumped by +0.050 +- 0.004 deg after about touch 50 of 100. "
+            "slipped joint: zero of A3 jumped by +0.050 ± 0.004 deg after about touch 50 of 100. "
             "Check belt, coupling and brake, master the joint and calibrate again");
   EXPECT_EQ(said(FindingKind::kJumped, {}, {{"touches", 100.0, ""}}, {knocked}),
-            "knocked tool: tool tip moved by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) in the flange "
+            "knocked tool: tool tip moved by 0.52 ± 0.03 mm (+0.10, -0.50, +0.10) in the flange "
             "frame after about touch 50 of 100. Check its fastening and calibrate again");
   EXPECT_EQ(
       said(FindingKind::kJumped, {}, {{"touches", 100.0, ""}}, {slipped, knocked}),
       "change during the session: 100 touches fit more than one cause: zero of A3 jumped by "
-      "+0.050 +- 0.004 deg after about touch 50, or tool tip moved by 0.52 +- 0.03 mm (+0.10, "
+      "+0.050 ± 0.004 deg after about touch 50, or tool tip moved by 0.52 ± 0.03 mm (+0.10, "
       "-0.50, +0.10) in the flange frame after about touch 50. Check each, then calibrate again");
   EXPECT_EQ(
       said(FindingKind::kChangeAccepted, {},

@@ -73,6 +73,14 @@ TEST(TheCatalogues, AreThoseThatProgramsContain) {
       EXPECT_EQ(sentence_of(id, *Language::of(language)), sentence) << id;
 }
 
+/// Actions are imperatives, and a standard uncertainty follows a ±.
+TEST(TheCatalogues, HaveNoQuestionAndOneSignOfUncertainty) {
+  for (const std::string& language : Language::codes())
+    for (const auto& [id, sentence] : catalogue(language))
+      for (const char* wrong : {"?", "+-", "+/-"})
+        EXPECT_EQ(sentence.find(wrong), std::string::npos) << language << " " << id << ": " << sentence;
+}
+
 TEST(EveryIdOfAProgram, HasASentence) {
   const Catalogue english = catalogue("en");
   const std::set<std::string> said = said_in_programs();

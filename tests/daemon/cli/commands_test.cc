@@ -50,7 +50,7 @@ TEST(Cellcal, IsUsedWronglyWithoutACommandOrWithOneThatDoesNotExist) {
     EXPECT_EQ(refused.status, 2);
     EXPECT_NE(refused.err.find("is not a number (use a decimal point)"), std::string::npos) << refused.err;
   }
-  EXPECT_NE(run_program({CELLCAL, "check", "--temperature", "99"}).err.find("not in range"), std::string::npos);
+  EXPECT_NE(run_program({CELLCAL, "check", "--temperature", "99"}).err.find("99 is not between -40 and 80"), std::string::npos);
   EXPECT_EQ(run_program({CELLCAL, "identify", "--cell", "c"}).status, 2);
 }
 
@@ -125,6 +125,28 @@ TEST_P(EveryClientCommand, TakesWhatAllHaveInFrontOfItAsWell) {
   EXPECT_NE(outcome.err.find("no cellcald answers on /nonexistent/cellcald.sock"),
             std::string::npos)
       << outcome.err;
+}
+
+TEST(Cellcal, SaysInTheReadersLanguageThatNoDaemonAnswersAndThatTheArmMayMove) {
+  const Outcome outcome =
+      run_program({CELLCAL, "--language", "de", "--socket", "/nonexistent/s", "abort"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err.find("cellcal abort: kein cellcald antwortet auf /nonexistent/s ("), 0u)
+      << outcome.err;
+  EXPECT_NE(outcome.err.find("Der Arm bewegt sich vielleicht: Not-Halt drücken"), std::string::npos)
+      << outcome.err;
+}
+
+TEST(Cellcal, NamesTheValuesThatAnOptionTakes) {
+  EXPECT_EQ(run_program({CELLCAL, "status", "--language", "fr"}).err,
+            "cellcal status: --language: \"fr\" is none of de, en\n"
+            "see 'cellcal status --help'\n");
+  EXPECT_NE(run_program({CELLCAL, "run", "--cell", "c", "--goal", "0"})
+                .err.find("--goal: 0 is not between 0.01 and 10\n"),
+            std::string::npos);
+  EXPECT_NE(run_program({CELLCAL, "run", "--cell", "c", "--touches", "4.5"})
+                .err.find("--touches: 4.5 is not a whole number\n"),
+            std::string::npos);
 }
 
 TEST(Cellcal, RefusesAnOptionInFrontOfACommandThatHasNoneSuch) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 namespace cellcal::daemon {
@@ -29,15 +30,17 @@ json chart_of(int checks) {
 }
 
 TEST(AnUpdate, IsNamedWithWhatItStandsOnAndWhatChanged) {
-  EXPECT_EQ(update_line(json()), "");
-  json update{{"outcome", "updated"},
-              {"stands_on", "session 12 of 2026-11-20"},
-              {"touches", 9},
-              {"explanations", {{{"words", "S2 moved by 0.31 mm"}}}}};
-  EXPECT_EQ(update_line(update),
-            "an update of session 12 of 2026-11-20, 9 touches: S2 moved by 0.31 mm\n");
-  update["outcome"] = "nothing_changed";
-  EXPECT_EQ(update_line(update), "no update of session 12 of 2026-11-20, 9 touches\n");
+  calib::UpdateOrigin update;
+  update.outcome = calib::UpdateOutcome::kUpdated;
+  update.stands_on = "session 12 of 2026-11-20";
+  update.touches = 9;
+  update.explanations.emplace_back().kind = calib::ChangeKind::kNothing;
+  EXPECT_EQ(words(update_phrase(update)),
+            "an update of session 12 of 2026-11-20, 9 touches: nothing changed");
+  update.outcome = calib::UpdateOutcome::kNothingChanged;
+  EXPECT_EQ(words(update_phrase(update)), "no update of session 12 of 2026-11-20, 9 touches");
+  EXPECT_EQ(words(update_phrase(update), calib::Language::of("de").value()),
+            "keine Aktualisierung von Sitzung 12 vom 2026-11-20, 9 Antastungen");
 }
 
 TEST(TheDrift, IsSentencesAPlotAndTheNewestChecks) {
@@ -78,6 +81,16 @@ TEST(TheDrift, OfFewChecksNamesThoseThatAreLeftOut) {
   EXPECT_NE(words.find(", left out: not the tool\n"), std::string::npos) << words;
   EXPECT_NE(drift_text(chart_of(1)).find("10 2026-05-28"), std::string::npos);
   EXPECT_EQ(drift_text(json()).find("no published calibration"), 0U);
+}
+
+TEST(TheDrift, IsInTheLanguageOfTheEnvironment) {
+  ::setenv("LC_ALL", "de_DE.UTF-8", 1);
+  const std::string text = drift_text(chart_of(30));
+  ::unsetenv("LC_ALL");
+  EXPECT_EQ(text.find("Prüfungen der Kalibrierung aus Sitzung 7 (2026-05-28"), 0U) << text;
+  EXPECT_NE(text.find("\n Prüf. beendet    Grad C     x mm"), std::string::npos) << text;
+  EXPECT_NE(text.find(" Alarm |-----"), std::string::npos) << text;
+  EXPECT_EQ(text.find("check"), std::string::npos) << text;
 }
 
 TEST(TheDrift, TakesAnAnswerOfAnotherDaemonForWhatItIs) {

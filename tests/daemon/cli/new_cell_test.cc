@@ -549,6 +549,13 @@ TEST_F(TheCommand, MakesOfOptionsAloneAFileThatLoadsAndPlans) {
   EXPECT_EQ(again.status, 1);
   EXPECT_NE(again.err.find("exists"), std::string::npos) << again.err;
   EXPECT_EQ(content(cell_), before);
+
+  write(dir_ / "spheres.csv", kSpheres);
+  write(dir_ / "certificate.csv", "from,to,mm,sigma_mm\nS1,S2,700.286,0.005\n");
+  std::vector<std::string> replacing = arguments();
+  replacing.emplace_back("--force");
+  const std::string one = run_program(replacing).out;
+  EXPECT_NE(one.find(", 4 spheres, 1 certified length\n"), std::string::npos) << one;
 }
 
 TEST_F(TheCommand, ReplacesAFileWithForceAlone) {

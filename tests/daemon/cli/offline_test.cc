@@ -209,6 +209,21 @@ TEST(AResultThatMustNotBePublished, IsWrittenAndEndsWithStatus3) {
   EXPECT_NE(refused.err.find("--withheld"), std::string::npos);
   EXPECT_EQ(refused.out, "");
   EXPECT_FALSE(std::filesystem::exists(dir / "p.csv"));
+  // Five rows of small angles may be in radians, of which a warning is.
+  std::ofstream small(dir / "small.csv");
+  small << "A1,A2,A3,A4,A5,A6\n";
+  for (int k = 0; k < 5; ++k) small << "0,-1.57,1.57,0," << 0.1 * k << ",0\n";
+  small.close();
+  ::setenv("LC_ALL", "de_DE.UTF-8", 1);
+  const std::string german = run_program(predict).err;
+  const std::string warned = run_program({CELLCAL, "predict", "--withheld", "--calibration",
+                                          calibration, "--joints", dir / "small.csv"})
+                                 .err;
+  ::unsetenv("LC_ALL");
+  EXPECT_NE(german.find(": Diese Kalibrierung wurde zurückgehalten"), std::string::npos) << german;
+  expect_german(german.substr(german.find("\n  - ")));
+  EXPECT_EQ(warned.find("Warnung: "), 0u) << warned;
+
   for (const char* flag : {"--withheld", "--nominal"}) {
     predict.resize(8);
     predict.push_back(flag);
@@ -387,6 +402,12 @@ TEST(AnUnknownCommand, OrOptionIsShownWithTheNearestThatThereIs) {
   EXPECT_EQ(
       option.err.find("cellcal run: unknown option \"--touch\". Did you mean \"--touches\"?\n"), 0u)
       << option.err;
+  const Outcome none = run_program({CELLCAL, "versions", "--cell", "c.toml"});
+  EXPECT_EQ(none.err.find("cellcal versions: unknown option \"--cell\".\n"), 0u) << none.err;
+  const Outcome before = run_program({CELLCAL, "--cell=c.toml", "run"});
+  EXPECT_EQ(before.status, 2);
+  EXPECT_EQ(before.err.find("cellcal run: --cell=c.toml stands before the command. "), 0u)
+      << before.err;
 }
 
 TEST(AMissingCommand, IsAnsweredWithTheList) {
@@ -443,7 +464,11 @@ TEST(AnOutputThatCannotBeWritten, IsAFailedJob) {
   const Outcome outcome = run_program(
       {CELLCAL, "plan", "--cell", kCell, "--touches", "4", "-o", "/nonexistent/plan.csv"});
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("/nonexistent/plan.csv"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err,
+            "cellcal plan: folder /nonexistent does not exist. Create it, or choose another\n");
+  const TemporaryDirectory dir;
+  EXPECT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "4", "-o", dir / ""}).err,
+            "cellcal plan: " + (dir / "") + " is a folder. Give a file in it\n");
 }
 
 TEST(TouchesWithAWrongRow, AreRefusedByFileLineAndColumn) {

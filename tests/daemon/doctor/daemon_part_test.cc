@@ -90,7 +90,7 @@ TEST(ALinkOfTheStatus, IsSaidInTheReadersLanguageWithoutWhatIsNotThere) {
     EXPECT_EQ(contact.find(unknown), std::string::npos) << contact;
   const std::string sound = calib::words(contact_link_phrase(
       {{"frames", 50}, {"round_trip_ms", {{"p50", 0.5}, {"p99", 0.7}}}, {"clock_sigma_us", 8.0}}));
-  EXPECT_NE(sound.find("; round trip 0.50 ms, p99 0.70 ms; clock +- 8.0 us"), std::string::npos)
+  EXPECT_NE(sound.find("; round trip 0.50 ms, p99 0.70 ms; clock ± 8.0 us"), std::string::npos)
       << sound;
 }
 

@@ -29,7 +29,7 @@ TEST(TheDelayOfTheLatch, IsTheSlopeOfDepthOverSpeed) {
   EXPECT_NEAR(delay->delay_s, 0.0123, 1e-12);
   EXPECT_NEAR(delay->sigma_s, 0.0, 1e-12);
   EXPECT_EQ(delay->touches, 20);
-  EXPECT_EQ(in_words(*delay), "12.30 +- 0.00 ms (20 touches)");
+  EXPECT_EQ(in_words(*delay), "12.30 ± 0.00 ms (20 touches)");
 }
 
 TEST(TheDelayOfTheLatch, IsNoWorseThanItSaysWithNoiseAndATouchThatSlipped) {

@@ -95,7 +95,7 @@ TEST(AnOutcome, OfACheckThatDoesNotHoldHasShiftCauseAndRemedy) {
   EXPECT_EQ(outcome.remedy, calib::DriftAdvice::kReMeasureTcp);
   const std::vector<std::string> lines = in_language(outcome, "en");
   ASSERT_EQ(lines.size(), 2U);
-  EXPECT_EQ(lines[0], "calibration does not hold: TCP shift 0.99 +- 0.05 mm (k=2)");
+  EXPECT_EQ(lines[0], "calibration does not hold: TCP shift 0.99 ± 0.05 mm (k=2)");
   EXPECT_NE(lines[1].find("probe shifted by 0.99"), std::string::npos) << lines[1];
   EXPECT_NE(lines[1].find("Check the tool's fastening"), std::string::npos) << lines[1];
 }
@@ -146,7 +146,7 @@ TEST(AnOutcome, OfAMasteredZeroThatIsOffDoesNotHoldAndNamesIt) {
   EXPECT_FALSE(outcome.change) << "the touches found none";
   const std::vector<std::string> lines = in_language(outcome, "en");
   ASSERT_EQ(lines.size(), 2U);
-  EXPECT_NE(lines[1].find("zero of A2 +0.0229 +- 0.0115 deg (k=2)"), std::string::npos) << lines[1];
+  EXPECT_NE(lines[1].find("zero of A2 +0.0229 ± 0.0115 deg (k=2)"), std::string::npos) << lines[1];
   EXPECT_NE(lines[1].find("Master it again"), std::string::npos) << lines[1];
 }
 
@@ -194,8 +194,8 @@ TEST(AnOutcome, OfAQualificationHasItsFiguresAndTheValuesToSet) {
   };
   const std::string passed = all(qualification);
   EXPECT_TRUE(passed.starts_with("contacts qualified: 18 touches\n")) << passed;
-  EXPECT_NE(passed.find("0.020 +- 0.004 mm, 1 sigma"), std::string::npos) << passed;
-  EXPECT_NE(passed.find("2.67 +- 0.27 ms"), std::string::npos) << passed;
+  EXPECT_NE(passed.find("0.020 ± 0.004 mm, 1 sigma"), std::string::npos) << passed;
+  EXPECT_NE(passed.find("2.67 ± 0.27 ms"), std::string::npos) << passed;
   EXPECT_EQ(passed.find("Set delay_ms"), std::string::npos) << passed;
   EXPECT_EQ(passed.find("result:"), std::string::npos) << "stated once";
   qualification.findings = {QualificationFinding::kDelayNotAsStated};
@@ -207,12 +207,12 @@ TEST(AnOutcome, OfAQualificationHasItsFiguresAndTheValuesToSet) {
 TEST(AFoundSphere, IsStatedInTheCellFilesKeysOnAPositionerWithAxisAndAngles) {
   FoundSphere sphere{"T1", {0.22, 0.0, 0.1}, 5e-3, 6, {}};
   EXPECT_EQ(words(phrase(sphere)),
-            "T1: centre_mm = [220.00, 0.00, 100.00]  # +- 5 mm (k=2), 6 touches");
+            "T1: centre_mm = [220.00, 0.00, 100.00]  # ± 5 mm (k=2), 6 touches");
   sphere.on = "E2";
   sphere.taught_rad = {0.5, -1.0};
   EXPECT_EQ(
       words(phrase(sphere)),
-      "T1: centre_mm = [220.00, 0.00, 100.00], on = \"E2\", taught_deg = [28.65, -57.30]  # +- 5 mm "
+      "T1: centre_mm = [220.00, 0.00, 100.00], on = \"E2\", taught_deg = [28.65, -57.30]  # ± 5 mm "
       "(k=2), 6 touches");
 }
 

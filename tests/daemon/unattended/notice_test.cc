@@ -50,7 +50,7 @@ TEST_F(NewsOfASession, AreOfACheckThatTheCalibrationHoldsOrWhatChanged) {
   EXPECT_EQ(failed.news, News::kDrifted);
   ASSERT_EQ(failed.findings.size(), 2U);
   EXPECT_EQ(calib::words(failed.findings[0]),
-            "calibration does not hold: TCP shift 0.31 +- 0.05 mm (k=2)");
+            "calibration does not hold: TCP shift 0.31 ± 0.05 mm (k=2)");
   EXPECT_TRUE(calib::words(failed.findings[1]).starts_with("probe shifted by 0.31"));
 }
 
