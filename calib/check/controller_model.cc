@@ -58,8 +58,8 @@ Isometry3d predicted_tcp(const FrameFit& fit, const PosturePair& at) {
 }
 
 /// Position and rotation vector of the stated TCP in the predicted one; rotations times the lever.
-Motion tcp_residual(const Isometry3d& is, const Isometry3d& stated) {
-  const Isometry3d off = is.inverse() * stated;
+Motion tcp_residual(const Isometry3d& predicted, const Isometry3d& stated) {
+  const Isometry3d off = predicted.inverse() * stated;
   Motion r;
   r << off.translation(), kLeverM * turn_vector(off.linear());
   return r;
@@ -76,28 +76,28 @@ double square_of_tcps(const FrameFit& fit, std::span<const PosturePair> pairs) {
 FrameFit refined_frames(FrameFit fit, std::span<const PosturePair> pairs) {
   const auto rows = static_cast<Eigen::Index>(6 * pairs.size());
   fit.square = square_of_tcps(fit, pairs);
-  for (int step = 0; step < kFrameSteps; ++step) {
+  for (int iteration = 0; iteration < kFrameSteps; ++iteration) {
     MatrixXd jacobian = MatrixXd::Zero(rows, kFrameUnknowns);
     VectorXd off(rows);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const Isometry3d is = predicted_tcp(fit, pairs[k]);
+      const Isometry3d predicted = predicted_tcp(fit, pairs[k]);
       const auto row = static_cast<Eigen::Index>(6 * k);
-      const Matrix3d back = is.linear().transpose();
-      off.segment<6>(row) = tcp_residual(is, pairs[k].stated);
+      const Matrix3d back = predicted.linear().transpose();
+      off.segment<6>(row) = tcp_residual(predicted, pairs[k].stated);
       jacobian.block<3, 3>(row, 0).setIdentity();
       jacobian.block<3, 3>(row + 3, 3) = kLeverM * Matrix3d::Identity();
       jacobian.block<3, 3>(row, 6) = back;
-      jacobian.block<3, 3>(row, 9) = -back * cross_matrix(is.translation());
+      jacobian.block<3, 3>(row, 9) = -back * cross_matrix(predicted.translation());
       jacobian.block<3, 3>(row + 3, 9) = kLeverM * back;
     }
     Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
     solver.setThreshold(kFrameDetermined);
     solver.compute(jacobian);
     fit.determined = solver.rank() == kFrameUnknowns;
-    const VectorXd by = solver.solve(off);
+    const VectorXd step = solver.solve(off);
     FrameFit next = fit;
-    next.tool = fit.tool * small_motion(by.segment<3>(0), by.segment<3>(3));
-    next.root_to_base = small_motion(by.segment<3>(6), by.segment<3>(9)) * fit.root_to_base;
+    next.tool = fit.tool * small_motion(step.segment<3>(0), step.segment<3>(3));
+    next.root_to_base = small_motion(step.segment<3>(6), step.segment<3>(9)) * fit.root_to_base;
     next.square = square_of_tcps(next, pairs);
     if (!(next.square < fit.square)) break;
     const bool settled =

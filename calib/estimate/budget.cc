@@ -89,22 +89,26 @@ UncertaintyBudget::UncertaintyBudget(const Problem& problem, const Estimate& e, 
       touch_noise_m_(used_noise_m(c)),
       ripple_rad_(c.level.ripple_rad),
       field_m_(c.discrepancy.sigma_m) {
-  std::map<UncertaintySource, Priors> groups;
-  std::map<UncertaintySource, bool> mixed;
+  struct Sum {
+    Priors group;
+    double squares = 0.0;
+    bool several_units = false;
+  };
+  std::map<UncertaintySource, Sum> sums;
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(i)];
     if (!(unknown.prior_weight > 0.0)) continue;
     const UncertaintySource source = source_of(unknown.key);
-    Priors& group = groups[source];
-    group.line.source = source;
-    group.line.sigma += std::pow(unknown.scale / unknown.prior_weight, 2);
-    group.unknowns.push_back(i);
-    mixed[source] = mixed[source] || unknown.unit != unit_of(source).name;
+    Sum& sum = sums[source];
+    sum.group.line.source = source;
+    sum.group.unknowns.push_back(i);
+    sum.squares += std::pow(unknown.scale / unknown.prior_weight, 2);
+    sum.several_units = sum.several_units || unknown.unit != unit_of(source).name;
   }
-  for (auto& [source, group] : groups) {
-    const double mean = group.line.sigma / static_cast<double>(group.unknowns.size());
-    group.line.sigma = mixed[source] ? 0.0 : std::sqrt(mean);
-    priors_.push_back(std::move(group));
+  for (auto& [source, sum] : sums) {
+    const double mean = sum.squares / static_cast<double>(sum.group.unknowns.size());
+    sum.group.line.sigma = sum.several_units ? 0.0 : std::sqrt(mean);
+    priors_.push_back(std::move(sum.group));
   }
 }
 

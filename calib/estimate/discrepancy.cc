@@ -213,14 +213,14 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
         return a.log_likelihood < b.log_likelihood;
       })->log_likelihood;
   Sizes mean{0.0, 0.0, 0.0, 1.0};
-  double sum = 0.0, most = 0.0, own_kernel = 0.0, fourth = 0.0;
+  double sum = 0.0, most = 0.0, own_kernel = 0.0, second = 0.0, fourth = 0.0, noise_second = 0.0;
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const double weight = std::exp(tried[i].log_likelihood - best);
     const Sizes& s = tried[i].sizes;
     sum += weight;
-    mean.field_m += weight * s.field_m * s.field_m;
+    second += weight * s.field_m * s.field_m;
     fourth += weight * std::pow(s.field_m, 4);
-    mean.noise_factor += weight * s.noise_factor * s.noise_factor;
+    noise_second += weight * s.noise_factor * s.noise_factor;
     const bool new_kernel = i == 0 || s.reach_rad != tried[i - 1].sizes.reach_rad ||
                             s.rough != tried[i - 1].sizes.rough;
     own_kernel = weight + (new_kernel ? 0.0 : own_kernel);
@@ -229,10 +229,10 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
     mean.reach_rad = s.reach_rad;
     mean.rough = s.rough;
   }
-  const double variance = mean.field_m / sum, spread = fourth / sum - variance * variance;
+  const double variance = second / sum, spread = fourth / sum - variance * variance;
   mean.field_m = std::sqrt(variance);
   mean.freedom = spread > 0.0 ? 2.0 * variance * variance / spread : 0.0;  // (31a)
-  mean.noise_factor = std::sqrt(mean.noise_factor / sum);
+  mean.noise_factor = std::sqrt(noise_second / sum);
   return mean;
 }
 
@@ -282,7 +282,7 @@ void solve_together(const Problem& problem, const Eigen::MatrixXd& postures, con
   const std::vector<bool> use = only(touches, problem.touches().size());
   Posterior& p = e.posterior;
   p.together = together(problem, e.u, postures, touches, sizes);
-  const auto apart = [&] {
+  const auto linearise_whitened = [&] {
     linearise(problem, e.u, use, p.linear);
     const auto lower = p.together.triangularView<Eigen::Lower>();
     auto rows = p.linear.jacobian.topRows(p.linear.length_row);
@@ -292,20 +292,20 @@ void solve_together(const Problem& problem, const Eigen::MatrixXd& postures, con
   };
   for (int round = 0; round < kRounds; ++round) {
     poll_cancelled();
-    apart();
+    linearise_whitened();
     e.levels = mean_over_levels(problem, e.u, p.linear, levels);
     const double step = (e.levels.u - e.u).lpNorm<Eigen::Infinity>();
     e.u = e.levels.u;
     if (step < kStep) break;
   }
-  apart();
+  linearise_whitened();
   p.covariance_u = e.levels.covariance_u;
   p.leverage = leverage_of(p.linear.jacobian, p.covariance_u);
 }
 
 /// Selects the touches within the gate of their own sigma, field included. Returns true if the
 /// selection changed.
-bool judged_alone(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+bool select_alone(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   Estimate alone = e;
   linearise(problem, e.u, e.use, alone.posterior.linear);
   alone.posterior.leverage =
@@ -321,7 +321,7 @@ bool judged_alone(const Problem& problem, const IdentifyOptions& options, Estima
 /// = V_c + J P^-1 J', the covariance of the whitened touches before the fit, (V_w^-1 r_mu)_i /
 /// sqrt((V_w^-1)_ii) is the studentised leave-one-out residual. Only the worst are removed at a
 /// time, since they affect their neighbours. Returns true if any was removed.
-bool judged_by_others(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+bool reject_by_others(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kOfWorst = 0.7;
   const Posterior& p = e.posterior;
   const Eigen::Index n = p.linear.length_row;
@@ -446,9 +446,8 @@ Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,
   for (int round = 0;; ++round) {
     solve_together(problem, postures, sizes, e);
     if (round + 1 == kRounds || !options.reject_outliers) break;
-    const bool others = round < 2 && judged_alone(problem, options, e);
-    if (others) continue;
-    if (!judged_by_others(problem, options, e)) break;
+    if (round < 2 && select_alone(problem, options, e)) continue;
+    if (!reject_by_others(problem, options, e)) break;
     size();  // a gross error changes the size of the field
   }
   Discrepancy found;

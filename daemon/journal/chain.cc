@@ -64,7 +64,7 @@ void Chain::begin() { append(0, kJournal, 0, random_name(8)); }
 void Chain::add(std::int64_t session, const char* table, std::int64_t row) {
   Statement written(database_, rows_of(table, "rowid").c_str());
   if (!written.bind(1, row).step())
-    fail(database_, fmt::format("row {} of {} is not there", row, table));
+    fail(database_, fmt::format("row {} of {} is missing", row, table));
   append(session, table, row, digest_of(written.values()));
 }
 

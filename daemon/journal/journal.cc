@@ -113,9 +113,9 @@ Journal::Impl::Impl(const std::filesystem::path& path)
       chain(database, head),
       remarks(prepare(database, head, chain)),
       outbox(database),
-      files(path, all(path)) {}
+      files(path, file_names(path)) {}
 
-std::vector<std::filesystem::path> Journal::Impl::all(const std::filesystem::path& path) {
+std::vector<std::filesystem::path> Journal::Impl::file_names(const std::filesystem::path& path) {
   return {path, with(path, "-wal"), with(path, ".lock"), with(path, ".head")};
 }
 
@@ -209,7 +209,7 @@ Journal::~Journal() {
 const std::vector<std::string>& Journal::remarks() const { return impl_->remarks; }
 
 std::vector<std::filesystem::path> Journal::files() const {
-  return Impl::all(impl_->database.name());
+  return Impl::file_names(impl_->database.name());
 }
 
 void Journal::check() {

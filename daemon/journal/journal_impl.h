@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 struct Journal::Impl {
   explicit Impl(const std::filesystem::path& path);
 
-  static std::vector<std::filesystem::path> all(const std::filesystem::path& path);
+  static std::vector<std::filesystem::path> file_names(const std::filesystem::path& path);
 
   /// Writes pending rows and then `act` in one transaction. On disk on return; throws if the files
   /// were replaced.

@@ -112,7 +112,8 @@ MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
   };
 }
 
-/// A certificate with its rows, to be sent to the plant. Users with access to this socket have all rights.
+/// Largest body of a request over the local socket [bytes], whose users have all rights: a certificate with its
+/// rows, to be sent to the plant.
 constexpr std::size_t kMostLocalBody = plant::kLargestMessage;
 
 SessionSettings settings_of(const DaemonConfig& config) {

@@ -200,10 +200,6 @@ std::string left_out(const View& view) {
   return words;
 }
 
-}  // namespace
-
-namespace {
-
 /// Half width of the band that holds 95 % of the touches; 0: unknown.
 double band_of(const View& view) {
   const double sigmas = view.points_only() ? kBand3dSigmas : kBandSigmas;

@@ -229,9 +229,6 @@ std::string document_of_found(const FoundSpheres& found) {
   return value.dump(2) + "\n";
 }
 
-}  // namespace
-
-namespace {
 
 /// The zeros follow the verdict in the words.
 std::string document_of_check(const SessionResult& result, const calib::TcpCheck& check) {

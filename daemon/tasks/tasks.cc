@@ -282,9 +282,6 @@ void write_touches(const TaskInputs& inputs, const std::vector<calib::Touch>& to
                    calib::format_touches(touches, inputs.cell.robot));
 }
 
-}  // namespace
-
-namespace {
 
 /// "none, part (10 kg)"; empty where nothing was held.
 std::string loads_held(const calib::Cell& cell, const std::vector<calib::Touch>& touches) {
