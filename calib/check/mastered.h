@@ -31,7 +31,7 @@ struct MasteredZero {
   bool holds() const { return std::abs(error_rad) <= 3.0 * sigma_rad; }
 };
 
-/// "zero of A2 +0.0301 +- 0.0060 deg (k=2) from where it was to be mastered: does not hold. ..."
+/// "zero of A2 +0.0301 ± 0.0060 deg (k=2) from where it was to be mastered: does not hold. ..."
 Phrase phrase(const MasteredZero& zero);
 
 /// The calibration once these joints have been mastered by it: their zeros are nominal. Throws IdentifyError naming a

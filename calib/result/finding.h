@@ -203,7 +203,7 @@ void erase(std::vector<Finding>& findings, FindingKind kind);
 // Sentences of findings, generated here only: the number first, with unit and uncertainty, then the
 // remedy.
 
-/// "certified length S1-S2: 400.000 mm stated, 400.100 +- 0.010 mm measured (7 sigma). Measure ..."
+/// "certified length S1-S2: 400.000 mm stated, 400.100 ± 0.010 mm measured (7 sigma). Measure ..."
 std::string words(const Finding& finding);
 /// One for each finding, in order.
 std::vector<std::string> words(const std::vector<Finding>& findings);

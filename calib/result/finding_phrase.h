@@ -16,7 +16,7 @@ Phrase phrase(const Finding& finding);
 /// Without the opening ("scope: "), for display under a heading.
 Phrase sentence_phrase(const Finding& finding);
 
-/// "tool shifted by 0.31 +- 0.08 mm (k=2) on the flange"
+/// "tool shifted by 0.31 ± 0.08 mm (k=2) on the flange"
 Phrase phrase(const Explanation& explanation);
 /// Remedy for a change; empty for none.
 Phrase remedy_phrase(const Explanation& change);

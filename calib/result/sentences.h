@@ -30,7 +30,7 @@ Phrase list(const Finding& f, const std::function<Phrase(const FindingPart&)>& o
 Phrase all_parts(const Finding& f, const char* separator,
                  const std::function<Phrase(const FindingPart&)>& one);
 Phrase name_of(const FindingPart& part);
-/// "0.40 +- 0.05 mm too long", from the required change of all readings.
+/// "0.40 ± 0.05 mm too long", from the required change of all readings.
 Phrase reading_off(const Quantity& longer);
 
 // Touches, their noise and their distribution; statements of robot and cell file. (sentences_of_touches.cc)

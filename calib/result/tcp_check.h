@@ -97,11 +97,11 @@ struct TcpCheck {
 
 // Sentences of a check, generated here only: number first, then the remedy.
 
-/// "holds: TCP shift 0.03 +- 0.08 mm (k=2)", "does not hold: ..."
+/// "holds: TCP shift 0.03 ± 0.08 mm (k=2)", "does not hold: ..."
 std::string verdict_words(const TcpCheck& check);
 /// The change and the remedy; empty if it holds.
 std::string change_words(const TcpCheck& check);
-/// "tool shifted by 0.31 +- 0.08 mm (k=2) on the flange"
+/// "tool shifted by 0.31 ± 0.08 mm (k=2) on the flange"
 std::string words(const Explanation& explanation);
 /// All sentences, one per line: verdict, remedy, spheres not found, every explanation with its likelihood,
 /// and the resolution of the check.

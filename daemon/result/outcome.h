@@ -117,7 +117,7 @@ std::optional<bool> published(const SessionOutcome& outcome);
 
 /// The first line is the outcome, followed by its evidence and the remedy.
 std::vector<calib::Phrase> phrases(const SessionOutcome& outcome);
-/// "S1: centre_mm = [1200.00, 0.00, 300.00]  # +- 5 mm (k=2), 9 touches", in the cell file's syntax; of
+/// "S1: centre_mm = [1200.00, 0.00, 300.00]  # ± 5 mm (k=2), 9 touches", in the cell file's syntax; of
 /// one on a positioner with `on` and `taught_deg`.
 calib::Phrase phrase(const FoundSphere& sphere);
 
