@@ -113,7 +113,7 @@ void keep_nominal_geometry(const std::string& wanted, std::vector<ArmEvidence>& 
                            std::vector<SetAside>& set_aside) {
   std::erase_if(arms, [&](const ArmEvidence& arm) {
     if (arm.nominal_geometry == wanted) return false;
-    set_aside.push_back({arm.name, SetAsideKind::kOtherDrawing});
+    set_aside.push_back({arm.name, SetAsideKind::kOtherNominalGeometry});
     return true;
   });
 }
@@ -339,7 +339,7 @@ std::optional<SetAsideKind> divide_out(const Eigen::VectorXd& mean,
     return SetAsideKind::kInconsistent;
   Eigen::Index determined = 0;
   while (determined < n && pairs.values[determined] < kDecidedByPrior) ++determined;
-  if (determined == 0) return SetAsideKind::kTellsNothing;
+  if (determined == 0) return SetAsideKind::kUninformative;
   evidence.rows.resize(determined, n);
   evidence.values.resize(determined);
   for (Eigen::Index i = 0; i < determined; ++i) {
@@ -360,7 +360,7 @@ std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& c) {
   if (!c.verdict.publish()) return SetAsideKind::kWithheld;
   // Priors are learnt for arms; external axes are part of the installation.
   if (c.cell.robot.first_turning() > 0 || !c.cell.robot.positioner.empty())
-    return SetAsideKind::kOtherDrawing;
+    return SetAsideKind::kOtherNominalGeometry;
   if (!is_whole(c)) return SetAsideKind::kInconsistent;
   const auto sigmas = prior_sigmas(c);
   ArmEvidence evidence;
@@ -379,7 +379,7 @@ std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& c) {
     sigma.push_back(found->second);
     mean.push_back(p.correction);
   }
-  if (at.empty()) return SetAsideKind::kTellsNothing;
+  if (at.empty()) return SetAsideKind::kUninformative;
   // In an update the last calibration's covariance enters as it was stated.
   const double widened = evidence.update ? 1.0 : std::max(1.0, c.chi2_per_dof);
   evidence.functions = function_sizes(c, widened);

@@ -60,16 +60,16 @@ struct FleetPriors {
 
 /// Reason for excluding a calibration from the priors.
 enum class SetAsideKind {
-  kUnreadable,    ///< not a readable calibration
-  kWithheld,      ///< it was not published
-  kOtherDrawing,  ///< different nominal geometry
-  kInconsistent,  ///< parameters and covariance contradict the stated priors
-  kTellsNothing,  ///< determined by its priors only
-  kSameArm,       ///< another calibration of the same arm counts
-  kTooFar,        ///< farther from nominal than the other arms' spread allows
-  kTooNear        ///< nearer than chance allows
+  kUnreadable,            ///< not a readable calibration
+  kWithheld,              ///< it was not published
+  kOtherNominalGeometry,  ///< different nominal geometry
+  kInconsistent,          ///< parameters and covariance contradict the stated priors
+  kUninformative,         ///< determined by its priors only
+  kSameArm,               ///< another calibration of the same arm counts
+  kTooFar,                ///< farther from nominal than the other arms' spread allows
+  kTooNear                ///< nearer than chance allows
 };
-/// "other_drawing"
+/// "other_nominal_geometry"
 constexpr const char* to_string(SetAsideKind kind) { return own_name(kind); }
 
 struct SetAside {

@@ -201,7 +201,7 @@ void put_at(const PlantConfig& config, const MqttLine::Message& message,
       context, config, std::nullopt,
       MqttLine::Events{[&] { line->publish(message); },
                        [&](int, std::optional<LineFailure> refused) {
-                         if (refused && refused->problem != LineProblem::kNobodyCollects)
+                         if (refused && refused->problem != LineProblem::kNoCollector)
                            failed = refused;
                          taken = !failed;
                          line->close();

@@ -291,11 +291,11 @@ std::string set_aside_words(const calib::SetAside& one) {
       return fmt::format("{}: cannot be read. {}", name, other);
     case SetAsideKind::kWithheld:
       return name + ": withheld, not used. Priors are learned from published calibrations";
-    case SetAsideKind::kOtherDrawing:
+    case SetAsideKind::kOtherNominalGeometry:
       return name + ": nominal geometry of another robot model. Learn its priors separately";
     case SetAsideKind::kInconsistent:
       return name + ": parameters and covariance are inconsistent. Replay its session";
-    case SetAsideKind::kTellsNothing:
+    case SetAsideKind::kUninformative:
       return name + ": determined by the prior alone. It needs more touches";
     case SetAsideKind::kSameArm:
       return fmt::format("{}: same arm as {}. Only that one is used", name, other);

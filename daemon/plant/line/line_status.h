@@ -11,18 +11,18 @@ namespace cellcal::daemon::plant {
 
 enum class LineProblem {
   kNone,
-  kNotRunning,      ///< the process with the line is not running
-  kFiles,           ///< unreadable files of the configuration
-  kNoName,          ///< the broker's name is unknown
-  kUnreachable,     ///< no answer from the broker
-  kCertificate,     ///< a certificate was rejected by either side, or no TLS
-  kLogin,           ///< user, password or client refused
-  kRefused,         ///< a fact was refused: no permission, quota
-  kTooLarge,        ///< a fact exceeds the broker's limit and waits
-  kNobodyCollects,  ///< no collector at this broker
-  kTakenOver,       ///< another cell uses the same name
-  kNotStored,       ///< the broker's limit of results not yet stored is reached
-  kRenamed,         ///< pending facts were recorded under another name
+  kNotRunning,   ///< the process with the line is not running
+  kFiles,        ///< unreadable files of the configuration
+  kNoName,       ///< the broker's name is unknown
+  kUnreachable,  ///< no answer from the broker
+  kCertificate,  ///< a certificate was rejected by either side, or no TLS
+  kLogin,        ///< user, password or client refused
+  kRefused,      ///< a fact was refused: no permission, quota
+  kTooLarge,     ///< a fact exceeds the broker's limit and waits
+  kNoCollector,  ///< no collector at this broker
+  kTakenOver,    ///< another cell uses the same name
+  kNotStored,    ///< the broker's limit of results not yet stored is reached
+  kRenamed,      ///< pending facts were recorded under another name
   kLost,
   kJournal  ///< cannot be read or written
 };

@@ -205,7 +205,7 @@ LineFailure MqttLine::Impl::failure_of_reason(int reason) const {
   if (reason == MQTT_RC_SESSION_TAKEN_OVER) return taken_over(config);
   if (reason == MQTT_RC_NO_MATCHING_SUBSCRIBERS)
     return {
-        LineProblem::kNobodyCollects,
+        LineProblem::kNoCollector,
         fmt::format("{}: no subscriber. Start cellcal-fleet; nothing is lost meanwhile", broker())};
   if (reason == MQTT_RC_PACKET_TOO_LARGE) return failure_of(MOSQ_ERR_OVERSIZE_PACKET);
   if (!is_up || reason == MQTT_RC_SERVER_SHUTTING_DOWN || reason == MQTT_RC_KEEP_ALIVE_TIMEOUT)

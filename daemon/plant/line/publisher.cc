@@ -173,7 +173,7 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
   under_way.erase(found);
   if (refused && refused->problem == LineProblem::kTooLarge && sent.row != kNoRow) {
     set_aside.emplace(sent.row, sent);
-  } else if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobodyCollects)) {
+  } else if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNoCollector)) {
     hold(parts.refused_wait, *refused);
   } else if (sent.row != kNoRow) {
     backoff.reset();

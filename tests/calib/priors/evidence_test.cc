@@ -76,10 +76,10 @@ TEST(Evidence, OfAWithheldCalibrationIsNone) {
 }
 
 TEST(Evidence, WithoutTouchesIsNone) {
-  EXPECT_EQ(refused(one_arm(0)), SetAsideKind::kTellsNothing);
+  EXPECT_EQ(refused(one_arm(0)), SetAsideKind::kUninformative);
   Calibration on_a_track = one_arm();
   on_a_track.cell.robot.joints[0].guide.emplace();
-  EXPECT_EQ(refused(on_a_track), SetAsideKind::kOtherDrawing);
+  EXPECT_EQ(refused(on_a_track), SetAsideKind::kOtherNominalGeometry);
 }
 
 TEST(Evidence, ThatContradictsItselfIsNone) {

@@ -214,7 +214,7 @@ TEST(OtherGeometryArms, AreSetAsideByTheirNominalGeometry) {
   arms.push_back(other.front());
   const Learned learned = learn(commonest_nominal_geometry(arms), arms);
   EXPECT_EQ(learned.priors.arms, 6);
-  EXPECT_EQ(kind_of(learned, "other.json"), SetAsideKind::kOtherDrawing);
+  EXPECT_EQ(kind_of(learned, "other.json"), SetAsideKind::kOtherNominalGeometry);
 }
 
 TEST(TheNominalGeometry, IsNotThatOfAFewWhoStateOtherTolerances) {
@@ -299,9 +299,9 @@ TEST(FunctionsOfAFleet, AreInTheirFileAndInTheRobotThatAcceptsThem) {
   }));
   const std::string text = priors_to_toml(priors);
   const auto at = text.find("function_reach_deg");
-  EXPECT_THROW((void)parse_priors(text.substr(0, at) + text.substr(text.find('\n', at) + 1),
-                                  "priors.toml"),
-               FileError)
+  EXPECT_THROW(
+      (void)parse_priors(text.substr(0, at) + text.substr(text.find('\n', at) + 1), "priors.toml"),
+      FileError)
       << "a size without its reach";
 }
 

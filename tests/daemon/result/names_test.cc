@@ -96,7 +96,7 @@ TEST(NamesOfThePlant, AreThoseOfTheFormats) {
   EXPECT_EQ(
       (names<plant::LineProblem, '-'>()),
       "none, not-running, files, no-name, unreachable, certificate, login, refused, too-large, "
-      "nobody-collects, taken-over, not-stored, renamed, lost, journal");
+      "no-collector, taken-over, not-stored, renamed, lost, journal");
   EXPECT_EQ(names<Worth>(), "result, telemetry");
   EXPECT_EQ(names<plant::Worth>(), "result, telemetry");
   EXPECT_EQ((names<plant::DropReason, '-'>()), "no-room, too-large, damaged");
@@ -117,7 +117,7 @@ TEST(NamesOfFilesAndCommands, AreThoseOfTheFormats) {
   EXPECT_EQ(names<calib::Unreached>(), "not_a_number, too_far, beyond_limit, near_singularity");
   EXPECT_EQ(
       names<calib::SetAsideKind>(),
-      "unreadable, withheld, other_drawing, inconsistent, tells_nothing, same_arm, too_far, too_near");
+      "unreadable, withheld, other_nominal_geometry, inconsistent, uninformative, same_arm, too_far, too_near");
 }
 
 }  // namespace

@@ -139,12 +139,12 @@ TEST_F(DeskTest, KnowsOfTheLineWhatWasSaidLastAndNamesAProcessThatIsNotHeardWith
   use(a_plant());
   EXPECT_EQ(subject->status()->facts.problem, LineProblem::kNone) << "it may yet come";
   utc = "2026-01-01T00:00:07.000Z";
-  const LineStatus line{true, LineProblem::kNobodyCollects, "no subscriber", "t1", 12};
+  const LineStatus line{true, LineProblem::kNoCollector, "no subscriber", "t1", 12};
   report_to_desk(socket(), {line, LineStatus{false, LineProblem::kLost, "lost", "t2", 3}, 4});
   now += kDeskSilence;
   const LinesStatus heard = *subject->status();
   EXPECT_TRUE(heard.facts.connected);
-  EXPECT_EQ(heard.facts.problem, LineProblem::kNobodyCollects);
+  EXPECT_EQ(heard.facts.problem, LineProblem::kNoCollector);
   EXPECT_EQ(heard.facts.words, "no subscriber");
   EXPECT_EQ(heard.facts.since, "t1");
   EXPECT_EQ(heard.facts.acknowledged, 12u);

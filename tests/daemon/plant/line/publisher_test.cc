@@ -259,7 +259,7 @@ TEST_F(PublisherTest, ThatNobodyCollectsFromKeepsAllAndSaysSo) {
   Journal journal(dir / "j.db");
   const CellLine running(parts(journal, broker.port()));
   fill(journal, 2);
-  wait_until([&] { return running.status().problem == LineProblem::kNobodyCollects; });
+  wait_until([&] { return running.status().problem == LineProblem::kNoCollector; });
   EXPECT_TRUE(running.status().connected);
   EXPECT_EQ(journal.outbox().rows, 3);
   Listener plant(broker.port(), "plant", kAll);
