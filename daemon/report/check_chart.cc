@@ -118,13 +118,11 @@ std::string picture(const View& view, const std::vector<DriftPoint>& points,
 }
 
 std::string table_of(const std::vector<DriftEvent>& events) {
-  std::string rows;
+  Table table({"", "", {"", "word wide"}}, "narrow");
   for (std::size_t i = 0; i < events.size(); ++i)
-    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"word wide\">{}</td></tr>\n",
-                        i + 1, calib::date_words(events[i].time_s),
-                        escape(calib::words(phrase(events[i]), language())));
-  return fmt::format("<div class=\"scroll\"><table class=\"numbers narrow\"><tbody>\n{}</tbody></table></div>\n",
-                     rows);
+    table.row({std::to_string(i + 1), calib::date_words(events[i].time_s),
+               escape(say(phrase(events[i])))});
+  return table.html();
 }
 
 }  // namespace

@@ -18,20 +18,12 @@ namespace {
 
 constexpr double kFewDegrees = 10.0;  // with fewer, a scatter is uncertain by more than a fifth
 
-std::string row(std::string_view what, const calib::ResidualSummary& summary, bool strong) {
-  const std::string open =
-      fmt::format("<tr{}><th scope=\"row\">{}</th><td>{}</td>", strong ? " class=\"strong\"" : "",
-                  what, std::max(summary.count, 0));
-  if (summary.count <= 0) {
-    return open + "<td>\xE2\x80\x93</td><td>\xE2\x80\x93</td><td>\xE2\x80\x93</td></tr>\n";
-  }
-  return fmt::format("{}<td>{}</td><td>{}</td><td>{}</td></tr>\n", open, mm(summary.mean_m),
-                     mm(summary.max_m), mm(summary.rms_m));
-}
-
-std::string group(std::string_view heading) {
-  return fmt::format("<tr class=\"group\"><th scope=\"colgroup\" colspan=\"5\">{}</th></tr>\n",
-                     heading);
+void add_row(const std::string& what, const calib::ResidualSummary& summary,
+             std::string_view css_class, Table& table) {
+  const auto shown = [&](double metres) { return summary.count > 0 ? mm(metres) : kDash; };
+  table.row({what, std::to_string(std::max(summary.count, 0)), shown(summary.mean_m),
+             shown(summary.max_m), shown(summary.rms_m)},
+            css_class);
 }
 
 std::string freedom_words(double degrees) {
@@ -99,7 +91,7 @@ std::string tiles(const View& view) {
                 counted(static_cast<std::size_t>(result.check.count), "say.report.tile.measured."),
                 "measured");
   else
-    out += tile(m1, "\xE2\x80\x93", say("say.report.tile.not_measured"), "missing");
+    out += tile(m1, kDash, say("say.report.tile.not_measured"), "missing");
   out += predicted_tile("say.report.tile.m2", "say.report.tile.near",
                         result.predicted_near_targets_m, false);
   out += predicted_tile("say.report.tile.m3", "say.report.tile.workspace",
@@ -144,8 +136,7 @@ std::string truth_block(const View& view) {
   if (view.input.truth.empty()) return {};
   std::string rows;
   for (const auto& [figure, value] : view.input.truth) {
-    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escape(say(figure)),
-                        escape(value));
+    rows += pair_row(escape(say(figure)), escape(value));
   }
   return fmt::format(
       "<div class=\"truth\">\n<h3>{}</h3>\n{}<table class=\"pairs\">\n{}</table>\n</div>\n",
@@ -159,21 +150,16 @@ std::string figures_table(const View& view) {
   const std::string before = say(result.update ? "say.report.figures.before.update"
                                                : "say.report.figures.before"),
                     after = say("say.report.figures.after");
-  std::string body =
-      "<div class=\"beside\">\n<div class=\"scroll\"><table class=\"numbers figures\">\n" +
-      table_head({{say("say.report.figures.residual")},
-                  {say("say.report.col.touches")},
-                  {say("say.report.col.mean")},
-                  {say("say.report.col.max")},
-                  {"rms"}}) +
-      "<tbody>\n";
-  body += group(say("say.report.figures.fitted"));
-  body += row(before, result.before, false);
-  body += row(after, result.after, false);
-  body += group(say("say.report.figures.check"));
-  body += row(before, result.check_before, false);
-  body += row(after, result.check, true);
-  body += "</tbody>\n</table></div>\n<div>\n";
+  Table table({"say.report.figures.residual", "say.report.col.touches", "say.report.col.mean",
+               "say.report.col.max", "rms"},
+              "figures");
+  table.group(say("say.report.figures.fitted"));
+  add_row(before, result.before, "", table);
+  add_row(after, result.after, "", table);
+  table.group(say("say.report.figures.check"));
+  add_row(before, result.check_before, "", table);
+  add_row(after, result.check, "strong", table);
+  std::string body = "<div class=\"beside\">\n" + table.html() + "<div>\n";
   body += paragraph("note", say({result.update       ? "say.report.figures.note.update"
                                  : view.outliers > 0 ? "say.report.figures.note.outliers"
                                                      : "say.report.figures.note",
@@ -315,7 +301,7 @@ std::string draw(const Counts& counts, const Shape& shape) {
 }
 
 std::string scatter_words(int total, double squares) {
-  return total > 0 ? fixed(std::sqrt(squares / total), 2) : std::string("\xE2\x80\x93");
+  return total > 0 ? fixed(std::sqrt(squares / total), 2) : kDash;
 }
 
 std::string left_out(const Counts& counts, const Shape& shape) {
@@ -341,17 +327,17 @@ std::string residual_histogram(const View& view) {
   const std::string body = fmt::format(
       "<div class=\"beside\">\n<div class=\"scroll\">{}</div>\n<div>\n<p class=\"legend\"><i "
       "class=\"swatch fit\"></i>{} <i class=\"swatch check\"></i>{} <i "
-      "class=\"swatch curve\"></i>{}</p>\n{}<table "
-      "class=\"pairs\">\n<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n<tr><th "
-      "scope=\"row\">{}</th><td>{}</td></tr>\n</table>\n{}</div>\n</div>\n",
+      "class=\"swatch curve\"></i>{}</p>\n{}<table class=\"pairs\">\n{}{}</table>\n{}</div>\n</div>\n",
       draw(counts, shape), say("say.report.mark.fitted"), say("say.report.mark.held_out"),
       say(shape.curve),
       paragraph("", say(view.points_only() ? "say.report.distribution.note"
                                            : "say.report.distribution.note.sided")),
-      say({"say.report.distribution.rms.fitted", {{"expected", say(shape.expected_fitted)}}}),
-      scatter_words(counts.fit_total, counts.fit_squares),
-      say({"say.report.distribution.rms.check", {{"expected", say(shape.expected)}}}),
-      scatter_words(counts.check_total, counts.check_squares), left_out(counts, shape));
+      pair_row(
+          say({"say.report.distribution.rms.fitted", {{"expected", say(shape.expected_fitted)}}}),
+          scatter_words(counts.fit_total, counts.fit_squares)),
+      pair_row(say({"say.report.distribution.rms.check", {{"expected", say(shape.expected)}}}),
+               scatter_words(counts.check_total, counts.check_squares)),
+      left_out(counts, shape));
   return section("distribution", "say.report.distribution", body);
 }
 

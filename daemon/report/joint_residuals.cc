@@ -52,12 +52,8 @@ std::string plot(const View& view, const JointMarks& of, const std::string& name
     svg.text({across(tick), kSmallHeight - 8.0}, Anchor::kMiddle, "tick", fixed(tick, 0));
   for (std::size_t i = 0; i < of.marks.size(); ++i) {
     const Mark& mark = *of.marks[i];
-    const svg::Point at{across(of.at[i]), up.clamped(mark.after_mm)};
-    const std::string css = fmt::format("{} after", css_class(mark.kind));
-    if (mark.kind == MarkKind::kCheck)
-      svg.diamond(at, kDotRadius * 1.4, css, mark_title(view, mark));
-    else
-      svg.circle(at, kDotRadius, css, mark_title(view, mark));
+    draw_mark(svg, view, mark, {across(of.at[i]), up.clamped(mark.after_mm)}, kDotRadius,
+              kDotRadius * 1.4, "after");
   }
   return std::move(svg).finish();
 }

@@ -92,39 +92,6 @@ std::vector<Group> group_by_owner(const View& view, bool waves) {
   return groups;
 }
 
-/// Null without words.
-const char* meaning_of(ParameterKind kind) {
-  using enum ParameterKind;
-  static constexpr EnumNames<ParameterKind> kTable{
-      {{kTheta, "say.report.parameter.theta"},
-       {kD, "say.report.parameter.d"},
-       {kA, "say.report.parameter.a"},
-       {kAlpha, "say.report.parameter.alpha"},
-       {kBeta, "say.report.parameter.beta"},
-       {kGuide, "say.report.parameter.guide"},
-       {kCompliance, "say.report.parameter.compliance"},
-       {kLoad, nullptr},
-       {kCosine, "say.report.parameter.cosine"},
-       {kSine, "say.report.parameter.sine"},
-       {kFunctionCosine, nullptr},
-       {kFunctionSine, nullptr},
-       {kBearing, "say.report.parameter.bearing"},
-       {kStiffening, "say.report.parameter.stiffening"},
-       {kPlay, "say.report.parameter.play"},
-       {kDeflection, "say.report.parameter.deflection"},
-       {kTcp, "say.report.parameter.tcp"},
-       {kPositioner, "say.report.parameter.positioner"},
-       {kEffectiveRadius, "say.report.parameter.effective_radius"},
-       {kLatchDelay, "say.report.parameter.latch_delay"},
-       {kCentre, "say.report.parameter.centre"},
-       {kTilt, nullptr},
-       {kShift, nullptr},
-       {kTurn, nullptr},
-       {kRadius, "say.report.parameter.radius"},
-       {kProbeTurn, nullptr}}};
-  return kTable[kind];
-}
-
 double nominal_of(const View& view, const ParameterResult& parameter) {
   return calib::stated_value(view.result.cell, parameter.key) + parameter.nominal;
 }
@@ -192,21 +159,18 @@ std::string unit_html(std::string_view unit) {
   return html;
 }
 
-std::string parameter_row(const View& view, const Group& group, const ParameterResult& parameter,
-                          const Ranges& ranges) {
+void add_row(const View& view, const Group& group, const ParameterResult& parameter,
+             const Ranges& ranges, Table& table) {
   const std::string decided(calib::to_string(parameter.decided_by));
-  const char* const meaning = meaning_of(parameter.key.kind);
   const auto range = ranges.find(range_key(group, parameter));
-  return fmt::format(
-      "<tr class=\"by-{}\"><th scope=\"row\"><code>{}</code> <small>{}</small></th><td>{}</td>"
-      "<td>{}</td><td>{}</td><td class=\"word\">{}</td><td "
-      "class=\"word\">{}</td><td>{}</td></tr>\n",
-      decided, escape(name_of(view, parameter)), meaning == nullptr ? "" : say(meaning),
-      in_unit(nominal_of(view, parameter), parameter, false),
-      in_unit(parameter.correction, parameter, true),
-      in_unit(parameter.sigma, parameter, false, kSigmaDigits), unit_html(unit_word(parameter.unit)),
-      say("say.report.decided." + decided),
-      bar(parameter, range == ranges.end() ? 0.0 : range->second));
+  table.row({fmt::format("<code>{}</code> <small>{}</small>", escape(name_of(view, parameter)),
+                         say_if("say.report.parameter.", own_name(parameter.key.kind))),
+             in_unit(nominal_of(view, parameter), parameter, false),
+             in_unit(parameter.correction, parameter, true),
+             in_unit(parameter.sigma, parameter, false, kSigmaDigits),
+             unit_html(unit_word(parameter.unit)), say("say.report.decided." + decided),
+             bar(parameter, range == ranges.end() ? 0.0 : range->second)},
+            "by-" + decided);
 }
 
 std::string joint_range_words(const Ranges& ranges) {
@@ -227,25 +191,21 @@ std::string unstated_words(const View& view) {
   return {};
 }
 
-std::string table(const View& view, const std::vector<Group>& groups, const Ranges& ranges) {
-  std::string rows;
+std::string table_of(const View& view, const std::vector<Group>& groups, const Ranges& ranges) {
+  Table table({"say.report.col.parameter",
+               "say.report.col.nominal",
+               "say.report.col.correction",
+               "&sigma;",
+               {"say.report.col.unit", "word"},
+               {"say.report.col.decided_by", "word"},
+               "say.report.col.correction_bar"},
+              "parameters");
   for (const Group& group : groups) {
-    rows += fmt::format(
-        "<tbody>\n<tr class=\"group\"><th scope=\"colgroup\" colspan=\"7\">{}</th></tr>\n",
-        escape(group.heading));
-    for (const ParameterResult* row : group.rows) rows += parameter_row(view, group, *row, ranges);
-    rows += "</tbody>\n";
+    table.next_body();
+    table.group(escape(group.heading));
+    for (const ParameterResult* row : group.rows) add_row(view, group, *row, ranges, table);
   }
-  return fmt::format(
-      "<div class=\"scroll\"><table class=\"numbers parameters\">\n{}{}</table></div>\n",
-      table_head({{say("say.report.col.parameter")},
-                  {say("say.report.col.nominal")},
-                  {say("say.report.col.correction")},
-                  {"&sigma;"},
-                  {say("say.report.col.unit"), true},
-                  {say("say.report.col.decided_by"), true},
-                  {say("say.report.col.correction_bar")}}),
-      rows);
+  return table.html();
 }
 
 // Collapsed: mostly undetermined parameters would hide the determined ones.
@@ -264,10 +224,10 @@ std::string waves_table(const View& view, const std::vector<Group>& groups) {
            {{"waves", counted(count, "say.report.waves.")},
             {"decided", decided == 0 ? say("say.report.waves.none") : std::to_string(decided)}}});
   const Ranges ranges = bar_ranges(groups);
-  return fmt::format(
-      "<details>\n<summary>{}</summary>\n{}{}</details>\n{}", words,
-      paragraph("note", say("say.report.waves.note") + joint_range_words(ranges)),
-      table(view, groups, ranges), paragraph("on-paper", say({"say.report.waves.on_paper", {{"words", words}}})));
+  return fmt::format("<details>\n<summary>{}</summary>\n{}{}</details>\n{}", words,
+                     paragraph("note", say("say.report.waves.note") + joint_range_words(ranges)),
+                     table_of(view, groups, ranges),
+                     paragraph("on-paper", say({"say.report.waves.on_paper", {{"words", words}}})));
 }
 
 // f_i of one joint with its 95 % band.
@@ -325,7 +285,7 @@ std::string parameters_table(const View& view) {
   const Ranges ranges = bar_ranges(groups);
   std::string body = paragraph("note", say("say.report.parameters.note") + joint_range_words(ranges) +
                                            unstated_words(view));
-  if (!groups.empty()) body += table(view, groups, ranges);
+  if (!groups.empty()) body += table_of(view, groups, ranges);
   body += positioner_table(view) + linear_unit_table(view);
   return section("parameters", "say.report.parameters",
                  body + waves_table(view, waves) + function_charts(view));
@@ -339,18 +299,11 @@ constexpr int kEvidenceDecimals = 1;  // 0.1 is odds of eleven to ten: insignifi
 constexpr std::size_t kMostLevels = 6;
 constexpr double kLeastShareOfModel = 0.005;
 
-const char* method_sentence(std::string_view method) {
-  if (method == "map") return "say.report.method.map.note";
-  if (method == "paper") return "say.report.method.paper.note";
-  return nullptr;
-}
-
 std::string parts() {
   std::string rows;
   for (const char* part : {"geometry", "bending", "compliance", "play", "transmission", "ripple"})
-    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n",
-                        say(std::string("say.report.part.") + part),
-                        say(std::string("say.report.part_is.") + part));
+    rows += pair_row(say(std::string("say.report.part.") + part),
+                     say(std::string("say.report.part_is.") + part));
   return "<table class=\"pairs parts\">\n" + rows + "</table>\n";
 }
 
@@ -372,37 +325,28 @@ std::string levels_table(const calib::Calibration& result) {
   for (const calib::LevelEvidence& entry : result.levels) {
     if (const double share = odds(entry); std::isfinite(share)) sum += share;
   }
-  std::string rows;
+  Table table(
+      {"say.report.levels.compared", "say.report.levels.probability", "say.report.levels.evidence"},
+      "levels");
   double shown = 0.0;
   const std::size_t count = std::min(result.levels.size(), kMostLevels);
   for (std::size_t i = 0; i < count; ++i) {
     const calib::LevelEvidence& entry = result.levels[i];
     const double share = odds(entry) / sum;
     shown += share;
-    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
-                        escape(say(calib::phrase(result.cell, entry.level))), percent(share),
-                        fixed(entry.log_evidence - best, kEvidenceDecimals));
+    table.row({escape(say(calib::phrase(result.cell, entry.level))), percent(share),
+               fixed(entry.log_evidence - best, kEvidenceDecimals)});
   }
-  if (result.levels.size() > count) {
-    rows += fmt::format(
-        "<tr><th scope=\"row\">{}</th><td>{}</td><td></td></tr>\n",
-        counted(result.levels.size() - count, "say.report.levels.more."),
-        percent(std::max(0.0, 1.0 - shown)));
-  }
-  return fmt::format(
-      "<div class=\"scroll\"><table class=\"numbers levels\">\n{}<tbody>\n{}</tbody>\n</table></div>\n{}",
-      table_head({{say("say.report.levels.compared")},
-                  {say("say.report.levels.probability")},
-                  {say("say.report.levels.evidence")}}),
-      rows, paragraph("note", say("say.report.levels.note")));
+  if (result.levels.size() > count)
+    table.row({counted(result.levels.size() - count, "say.report.levels.more."),
+               percent(std::max(0.0, 1.0 - shown)), ""});
+  return table.html() + paragraph("note", say("say.report.levels.note"));
 }
 
 }  // namespace
 
 std::string method_words(std::string_view method) {
-  if (method == "map") return say("say.report.method.map");
-  if (method == "paper") return say("say.report.method.paper");
-  return escape(method);
+  return say_if("say.report.method.", std::string(method), escape(method));
 }
 
 std::string level_words(const View& view) {
@@ -422,11 +366,11 @@ std::string model(const View& view) {
     if (!reason.empty()) body += paragraph("", reason);
   }
   const std::string method = method_words(result.method);
-  const char* const note = method_sentence(result.method);
-  body += paragraph("", say({"say.report.method",
-                             {{"method", method.empty() ? "<em>" + say("say.report.not_stated") + "</em>"
-                                                        : method},
-                              {"note", note == nullptr ? std::string() : say(note)}}}));
+  body += paragraph(
+      "",
+      say({"say.report.method",
+           {{"method", method.empty() ? "<em>" + say("say.report.not_stated") + "</em>" : method},
+            {"note", say_if("say.report.method.", result.method + ".note")}}}));
   if (!level.empty()) body += levels_table(result) + parts();
   return section("model", "say.report.model", body);
 }

@@ -46,24 +46,18 @@ std::string summary_of(const View& view, const calib::Plan& plan) {
 }
 
 std::string table_of(const View& view, const calib::Plan& plan) {
-  std::string rows;
+  Table table({"say.report.col.target", "say.report.plan.col.fit", "say.report.plan.col.check",
+               "say.report.plan.col.made"},
+              "narrow");
   for (const calib::Target& target : view.result.cell.targets) {
     const std::size_t fit = count(plan, calib::TouchSet::kFit, target.id);
     const std::size_t check = count(plan, calib::TouchSet::kCheck, target.id);
     if (fit + check == 0) continue;
-    const auto made =
-        std::count_if(view.input.touches.begin(), view.input.touches.end(),
-                      [&](const calib::Touch& touch) { return touch.target == target.id; });
-    rows += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                        escape(target.id), fit, check, made);
+    const auto made = std::ranges::count(view.input.touches, target.id, &calib::Touch::target);
+    table.row(
+        {escape(target.id), std::to_string(fit), std::to_string(check), std::to_string(made)});
   }
-  return fmt::format(
-      "<div class=\"scroll\"><table class=\"numbers narrow\">\n{}<tbody>\n{}</tbody></table></div>\n",
-      table_head({{say("say.report.col.target")},
-                  {say("say.report.plan.col.fit")},
-                  {say("say.report.plan.col.check")},
-                  {say("say.report.plan.col.made")}}),
-      rows);
+  return table.html();
 }
 
 std::string picture_of(const View& view, const calib::Plan& plan) {
@@ -71,8 +65,8 @@ std::string picture_of(const View& view, const calib::Plan& plan) {
   if (!view.result.cell.robot.positioner.empty()) return {};
   try {
     const PlanViews views = plan_views(view.result.cell, plan);
-    return fmt::format("<div class=\"pair\">{}{}</div>\n<p class=\"note\">{}</p>\n", views.above,
-                       views.side, escape(views.legend));
+    return fmt::format("<div class=\"pair\">{}{}</div>\n", views.above, views.side) +
+           paragraph("note", escape(views.legend));
   } catch (const std::exception& error) {
     return paragraph("warn", say({"say.report.plan.not_drawn", {{"why", escape(error.what())}}}));
   }
@@ -149,9 +143,7 @@ std::string placed(const std::string& view, double x) {
 }
 
 std::string heading(const calib::Cell& cell, const calib::Plan& plan) {
-  const auto checks = static_cast<std::size_t>(
-      std::count_if(plan.touches.begin(), plan.touches.end(),
-                    [](const calib::PlannedTouch& t) { return t.set == calib::TouchSet::kCheck; }));
+  const std::size_t checks = report::count(plan, calib::TouchSet::kCheck);
   std::string words = report::say(
       {"say.report.plan.heading",
        {{"robot", cell.robot.name},

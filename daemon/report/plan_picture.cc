@@ -435,7 +435,6 @@ double round_up(double value, double fallback) {
 namespace {
 
 constexpr std::string_view kMinus = "\xE2\x88\x92";  // U+2212
-constexpr std::string_view kDash = "\xE2\x80\x93";   // U+2013
 constexpr double kTooLargeForFixed = 1e9;
 
 std::string with_real_minus(std::string_view text) {
@@ -454,7 +453,7 @@ std::string with_real_minus(std::string_view text) {
 }  // namespace
 
 std::string ascii_fixed(double value, int decimals) {
-  if (!std::isfinite(value)) return std::string(kDash);
+  if (!std::isfinite(value)) return kDash;
   if (std::abs(value) >= kTooLargeForFixed) return fmt::format("{:.{}e}", value, decimals);
   std::string text = fmt::format("{:.{}f}", value, decimals);
   if (text.front() == '-' && text.find_first_of("123456789") == std::string::npos) text.erase(0, 1);
@@ -473,7 +472,7 @@ std::string signed_fixed(double value, int decimals) {
 }
 
 std::string significant(double value, int digits) {
-  if (!std::isfinite(value)) return std::string(kDash);
+  if (!std::isfinite(value)) return kDash;
   if (value == 0.0) return "0";
   return localised(with_real_minus(fmt::format("{:.{}g}", value, digits)));
 }
@@ -485,7 +484,7 @@ std::string signed_mm(double metres, int decimals) {
 }
 
 std::string positive_mm(double metres, int decimals) {
-  return metres > 0.0 ? mm(metres, decimals) : std::string(kDash);
+  return metres > 0.0 ? mm(metres, decimals) : kDash;
 }
 
 std::string mm_words(double metres) { return mm(metres) + "\xC2\xA0mm"; }

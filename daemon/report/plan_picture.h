@@ -93,6 +93,9 @@ double round_up(double value, double fallback);
 
 using svg::escape, svg::shorten;
 
+/// In place of a number that is not known.
+inline constexpr const char* kDash = "\xE2\x80\x93";
+
 /// Fixed decimals, typographic minus sign, never "-0.000"; an en dash for non-finite values; scientific from
 /// 1e9 on.
 std::string fixed(double value, int decimals);

@@ -113,6 +113,12 @@ namespace {
 
 constexpr std::size_t kTitleLength = 40;
 
+template <class Target>
+const Target* with_id(const std::vector<Target>& targets, std::string_view id) {
+  const auto at = std::ranges::find(targets, id, &Target::id);
+  return at == targets.end() ? nullptr : &*at;
+}
+
 }  // namespace
 
 bool is_usable_mm(double value) { return std::isfinite(value) && std::abs(value) < kUsableMm; }
@@ -161,17 +167,11 @@ View::View(const ReportInput& report_input)
 }
 
 const calib::Target* View::cell_target(std::string_view id) const {
-  for (const calib::Target& target : result.cell.targets) {
-    if (target.id == id) return &target;
-  }
-  return nullptr;
+  return with_id(result.cell.targets, id);
 }
 
 const calib::TargetResult* View::target_result(std::string_view id) const {
-  for (const calib::TargetResult& target : result.targets) {
-    if (target.id == id) return &target;
-  }
-  return nullptr;
+  return with_id(result.targets, id);
 }
 
 bool View::is_point(std::string_view id) const {
@@ -187,13 +187,10 @@ bool View::is_round(std::string_view id) const {
 }
 
 bool View::points_only() const {
-  return !marks.empty() &&
-         std::all_of(marks.begin(), marks.end(), [](const Mark& mark) { return mark.in_3d; });
+  return !marks.empty() && std::ranges::all_of(marks, &Mark::in_3d);
 }
 
-bool View::any_point() const {
-  return std::any_of(marks.begin(), marks.end(), [](const Mark& mark) { return mark.in_3d; });
-}
+bool View::any_point() const { return std::ranges::any_of(marks, &Mark::in_3d); }
 
 std::size_t View::touched_lengths() const {
   std::set<std::pair<std::string, std::string>> ends;  // each length once
@@ -222,13 +219,6 @@ std::string target_words(const View& view) {
   return counted(targets.size(), "say.report.on." + kind + ".");
 }
 
-std::string_view css_class(MarkKind kind) {
-  using enum MarkKind;
-  static constexpr EnumNames<MarkKind> kTable{
-      {{kFit, "fit"}, {kCheck, "check"}, {kOutlier, "outlier"}}};
-  return kTable[kind];
-}
-
 std::string mark_title(const View& view, const Mark& mark) {
   const char* kind = mark.held_out ? "say.report.mark.held_out" : "say.report.mark.fitted";
   if (mark.kind == MarkKind::kOutlier) kind = "say.report.mark.outlier";
@@ -238,6 +228,19 @@ std::string mark_title(const View& view, const Mark& mark) {
                     {"kind", kind},
                     {"before", fixed(mark.before_mm, kMmDecimals)},
                     {"after", fixed(mark.after_mm, kMmDecimals)}}});
+}
+
+void draw_shape(svg::Svg& svg, MarkKind kind, svg::Point at, double size, double larger,
+                std::string_view look, std::string_view title) {
+  const std::string classes = fmt::format("{} {}", own_name(kind), look);
+  if (kind == MarkKind::kFit) return svg.circle(at, size, classes, title);
+  if (kind == MarkKind::kCheck) return svg.diamond(at, larger, classes, title);
+  svg.cross(at, larger, classes, title);
+}
+
+void draw_mark(svg::Svg& svg, const View& view, const Mark& mark, svg::Point at, double size,
+               double larger, std::string_view look) {
+  draw_shape(svg, mark.kind, at, size, larger, look, mark_title(view, mark));
 }
 
 std::string section(std::string_view id, const char* heading, std::string_view body) {

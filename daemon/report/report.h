@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calib/check/error_map.h"
+#include "calib/export/svg.h"
 #include "calib/model/touch.h"
 #include "calib/plan/plan.h"
 #include "calib/result/calibration.h"
@@ -120,9 +121,13 @@ std::string name_of(const View& view, const calib::ParameterResult& parameter);
 std::string kind_word(calib::TargetKind kind);
 /// "4 spheres", "2 points"; "3 targets" for mixed kinds. In German in the dative: "an 4 Kugeln".
 std::string target_words(const View& view);
-std::string_view css_class(MarkKind kind);
 /// "touch 12 on S1, held out: 2.310 mm before, 0.021 mm after".
 std::string mark_title(const View& view, const Mark& mark);
+/// Fitted ones are circles of radius `size`, others diamonds and crosses of `larger`, of classes of kind and `look`.
+void draw_shape(svg::Svg& svg, MarkKind kind, svg::Point at, double size, double larger,
+                std::string_view look, std::string_view title);
+void draw_mark(svg::Svg& svg, const View& view, const Mark& mark, svg::Point at, double size,
+               double larger, std::string_view look);
 
 /// "<section ...><h2>" heading, an id of the catalogue, "</h2>" ... "</section>" around the body.
 std::string section(std::string_view id, const char* heading, std::string_view body);

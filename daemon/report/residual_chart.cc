@@ -63,24 +63,9 @@ void draw_frame(Svg& svg, const Panel& panel, std::string_view heading) {
   svg.text({0.0, panel.up.at_to - 15.0}, Anchor::kStart, "panel", heading);
 }
 
-void draw_shape(Svg& svg, MarkKind kind, Point at, double size, std::string_view classes,
-                std::string_view title) {
-  switch (kind) {
-    case MarkKind::kFit:
-      svg.circle(at, size, classes, title);
-      break;
-    case MarkKind::kCheck:
-      svg.diamond(at, size * 1.45, classes, title);
-      break;
-    case MarkKind::kOutlier:
-      svg.cross(at, size * 1.45, classes, title);
-      break;
-  }
-}
-
-void draw_mark(Svg& svg, const View& view, const Mark& mark, Point at, double size, std::string_view extra) {
-  draw_shape(svg, mark.kind, at, size, fmt::format("{} {}", css_class(mark.kind), extra),
-             mark_title(view, mark));
+void put_mark(Svg& svg, const View& view, const Mark& mark, Point at, double size,
+              std::string_view look) {
+  draw_mark(svg, view, mark, at, size, size * 1.45, look);
 }
 
 void draw_touch_axis(Svg& svg, const View& view, const Scale& across, double y) {
@@ -106,7 +91,7 @@ void draw_before(Svg& svg, const View& view, const Panel& panel, double size) {
   }
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const double x = panel.across(static_cast<double>(i + 1));
-    draw_mark(svg, view, marks[i], {x, panel.up.clamped(marks[i].before_mm)}, size, "before");
+    put_mark(svg, view, marks[i], {x, panel.up.clamped(marks[i].before_mm)}, size, "before");
   }
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (marks[i].kind == MarkKind::kOutlier) continue;
@@ -135,7 +120,7 @@ void draw_after(Svg& svg, const View& view, const Panel& panel, double size, dou
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const Mark& mark = marks[i];
     const Point at{panel.across(static_cast<double>(i + 1)), panel.up.clamped(mark.after_mm)};
-    draw_mark(svg, view, mark, at, size, "after");
+    put_mark(svg, view, mark, at, size, "after");
     if (mark.kind != MarkKind::kOutlier) continue;
     // Every outlier is listed in the table; labels are drawn only where space permits.
     const double next = next_outlier(marks, i, panel.across);
@@ -154,7 +139,7 @@ void draw_after(Svg& svg, const View& view, const Panel& panel, double size, dou
 }
 
 std::string legend() {
-  constexpr double kSide = 12.0, kSize = 3.4;
+  constexpr double kSquare = 12.0, kSize = 3.4;
   constexpr std::array<std::pair<MarkKind, const char*>, 3> kMarks{
       {{MarkKind::kFit, "say.report.mark.fitted"},
        {MarkKind::kCheck, "say.report.mark.held_out"},
@@ -162,9 +147,8 @@ std::string legend() {
   std::string html = "<p class=\"legend\">";
   for (const auto& [kind, id] : kMarks) {
     const std::string words = say(id);
-    Svg svg(kSide, kSide, "mark", words);
-    draw_shape(svg, kind, {0.5 * kSide, 0.5 * kSide}, kSize,
-               fmt::format("{} after", css_class(kind)), {});
+    Svg svg(kSquare, kSquare, "mark", words);
+    draw_shape(svg, kind, {0.5 * kSquare, 0.5 * kSquare}, kSize, kSize * 1.45, "after", {});
     html += std::move(svg).finish() + words + "\n";
   }
   return html + "</p>\n";

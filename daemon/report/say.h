@@ -2,9 +2,9 @@
 // Sentences, table heads and numbers of documents, in the language of the document.
 
 #include <cstddef>
-#include <initializer_list>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "calib/words/phrase.h"
 
@@ -31,6 +31,9 @@ std::string localised(std::string number);
 std::string say(const calib::Phrase& phrase);
 /// say() of ID + "one" or ID + "many", with {n}: "1 touch", "12 touches".
 std::string counted(std::size_t count, const std::string& id);
+/// say() of IDS + NAME; `otherwise` where no catalogue has it.
+std::string say_if(const std::string& ids, const std::string& name,
+                   const std::string& otherwise = {});
 /// "deg", "mm" as the language writes it.
 std::string unit_word(const std::string& unit);
 /// Escaped, with a capital and a full stop; empty without words.
@@ -43,11 +46,32 @@ std::string file_name(const std::string& stem, const calib::Language& language,
 /// <p class="note">...</p>; without a class where it is empty.
 std::string paragraph(std::string_view css_class, const std::string& html);
 
+/// Row of a table of names and values.
+std::string pair_row(const std::string& name, const std::string& html);
+
+/// `head`: an id of the catalogue, or HTML. `css_class`: of its cells; "word": to the left, otherwise numbers.
 struct Column {
-  std::string html;
-  bool is_word = false;  ///< to the left, otherwise a number
+  Column(const char* head, std::string css_class = {}) : html(say(head)), css(std::move(css_class)) {}
+
+  std::string html, css;
 };
-/// <thead> of one row.
-std::string table_head(std::initializer_list<Column> columns);
+/// A table of class "numbers", in a box that scrolls.
+class Table {
+ public:
+  /// `above`: cells of a row above the columns' heads. Without a head of the first column there is none.
+  explicit Table(std::vector<Column> columns, std::string_view css_class = {},
+                 std::string_view above = {});
+
+  /// Cells as HTML; the first one is the row's head.
+  void row(const std::vector<std::string>& cells, std::string_view css_class = {});
+  /// A row that is one heading.
+  void group(const std::string& heading);
+  void next_body();
+  std::string html() const;
+
+ private:
+  std::vector<Column> columns_;
+  std::string head_, rows_;
+};
 
 }  // namespace cellcal::daemon::report

@@ -18,7 +18,6 @@ namespace cellcal::daemon::report {
 
 namespace {
 
-constexpr std::string_view kNoValue = "\xE2\x80\x93";
 constexpr int kCoarseDecimals = 2;  // for a residual in sigma
 constexpr double kSameM = 1e-9;     // rounding of a length in a file
 
@@ -39,36 +38,27 @@ PerTarget residuals_of(const View& view, std::string_view id) {
   return sums;
 }
 
-std::string radius_cells(const View& view, const calib::TargetResult& target) {
+/// Found radius without the stated one.
+std::string radius_offset(const View& view, const calib::TargetResult& target) {
   const calib::Target* in_cell = view.cell_target(target.id);
-  const std::string effective =
-      target.effective_radius_m > 0.0 ? mm(target.effective_radius_m) : std::string(kNoValue);
   const bool plane = in_cell && in_cell->kind == calib::TargetKind::kPlane;
   if (!in_cell || (in_cell->kind != calib::TargetKind::kSphere && !plane) ||
-      target.effective_radius_m <= 0.0) {
-    return fmt::format("<td>{}</td><td>{}</td>", effective, kNoValue);
-  }
-  return fmt::format(
-      "<td>{}</td><td>{}</td>", effective,
-      signed_mm(target.effective_radius_m - (plane ? 0.0 : 0.5 * in_cell->diameter_m) -
-                view.result.cell.tool.tip_radius_m));
+      target.effective_radius_m <= 0.0)
+    return kDash;
+  return signed_mm(target.effective_radius_m - (plane ? 0.0 : 0.5 * in_cell->diameter_m) -
+                   view.result.cell.tool.tip_radius_m);
 }
 
-std::string target_row(const View& view, const calib::TargetResult& target) {
+void add_row(const View& view, const calib::TargetResult& target, Table& table) {
   const calib::Target* in_cell = view.cell_target(target.id);
   const PerTarget sums = residuals_of(view, target.id);
   const bool has_mean = sums.count > 0 && !view.is_point(target.id);
-  const std::string mean =
-      has_mean ? signed_fixed(sums.sum_mm / sums.count, kMmDecimals) : std::string(kNoValue);
-  const std::string rms = sums.count > 0
-                              ? fixed(std::sqrt(sums.squares_mm2 / sums.count), kMmDecimals)
-                              : std::string(kNoValue);
-  return fmt::format(
-      "<tr><th scope=\"row\">{}</th><td class=\"word\">{}</td><td>{}</td><td>{}</td><td>{}</td>{}"
-      "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
-      escape(target.id), in_cell ? kind_word(in_cell->kind) : std::string(kNoValue), mm(target.centre_m.x()),
-      mm(target.centre_m.y()), mm(target.centre_m.z()), radius_cells(view, target), sums.count,
-      mean, rms);
+  table.row(
+      {escape(target.id), in_cell ? kind_word(in_cell->kind) : kDash, mm(target.centre_m.x()),
+       mm(target.centre_m.y()), mm(target.centre_m.z()), positive_mm(target.effective_radius_m),
+       radius_offset(view, target), std::to_string(sums.count),
+       has_mean ? signed_fixed(sums.sum_mm / sums.count, kMmDecimals) : kDash,
+       sums.count > 0 ? fixed(std::sqrt(sums.squares_mm2 / sums.count), kMmDecimals) : kDash});
 }
 
 // Orientation of planes and trackers, for which the mean position is of little use.
@@ -122,9 +112,11 @@ std::string lengths_table(const View& view) {
   if (lengths.empty()) {
     return paragraph("note", say("say.report.lengths.none"));
   }
-  std::string rows;
+  Table table({"say.report.lengths.col.between", "say.report.lengths.col.certified", "&sigma;",
+               "say.report.lengths.col.measured", "&sigma;", "say.report.lengths.col.difference",
+               "say.report.lengths.col.in_sigma"});
   for (const calib::CertifiedLength& length : lengths) {
-    std::string by_others(kNoValue), sigma(kNoValue), difference(kNoValue), in_sigma(kNoValue);
+    std::string by_others = kDash, sigma = kDash, difference = kDash, in_sigma = kDash;
     for (const calib::LengthResult& found : view.result.lengths) {
       if (found.from != length.from || found.to != length.to ||
           std::abs(found.certified_m - length.length_m) > kSameM)
@@ -135,43 +127,17 @@ std::string lengths_table(const View& view) {
       if (found.sigma_m > 0.0 || found.certified_sigma_m > 0.0)
         in_sigma = fixed(calib::contradiction(found), kCoarseDecimals);
     }
-    rows += fmt::format(
-        "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
-        "<td>{}</td></tr>\n",
-        say({length.is_check ? "say.report.lengths.between.check" : "say.report.lengths.between",
-             {{"from", escape(length.from)}, {"to", escape(length.to)}}}),
-        mm(length.length_m), mm(length.sigma_m), by_others, sigma, difference, in_sigma);
+    table.row(
+        {say({length.is_check ? "say.report.lengths.between.check" : "say.report.lengths.between",
+              {{"from", escape(length.from)}, {"to", escape(length.to)}}}),
+         mm(length.length_m), mm(length.sigma_m), by_others, sigma, difference, in_sigma});
   }
-  return fmt::format(
-      "<h3>{}</h3>\n<div class=\"scroll\"><table class=\"numbers\">\n{}<tbody>\n{}</tbody>\n</table>"
-      "</div>\n{}",
-      say("say.report.lengths"),
-      table_head({{say("say.report.lengths.col.between")},
-                  {say("say.report.lengths.col.certified")},
-                  {"&sigma;"},
-                  {say("say.report.lengths.col.measured")},
-                  {"&sigma;"},
-                  {say("say.report.lengths.col.difference")},
-                  {say("say.report.lengths.col.in_sigma")}}),
-      rows, paragraph("note", say("say.report.lengths.note")));
+  return fmt::format("<h3>{}</h3>\n", say("say.report.lengths")) + table.html() +
+         paragraph("note", say("say.report.lengths.note"));
 }
 
 std::string span_head(int columns, const char* id) {
   return fmt::format("<th class=\"span\" colspan=\"{}\" scope=\"colgroup\">{}</th>", columns, say(id));
-}
-
-std::string column(const std::string& html, bool is_word = false) {
-  return fmt::format("<th scope=\"col\"{}>{}</th>", is_word ? " class=\"word\"" : "", html);
-}
-
-std::string targets_head() {
-  return "<thead>\n<tr><th></th><th></th>" + span_head(3, "say.report.targets.col.centre") +
-         span_head(2, "say.report.targets.col.radius") +
-         span_head(3, "say.report.targets.col.residual") + "</tr>\n<tr>" +
-         column(say("say.report.col.target")) + column(say("say.report.col.kind"), true) +
-         column("x") + column("y") + column("z") + column(say("say.report.targets.col.found")) +
-         column(say("say.report.targets.col.less_nominal")) + column(say("say.report.col.touches")) +
-         column(say("say.report.col.mean")) + column("rms") + "</tr>\n</thead>\n";
 }
 
 }  // namespace
@@ -179,14 +145,25 @@ std::string targets_head() {
 std::string targets_table(const View& view) {
   if (view.result.targets.empty())
     return section("targets", "say.report.targets", paragraph("", say("say.report.targets.none")));
-  std::string rows;
-  for (const calib::TargetResult& target : view.result.targets) rows += target_row(view, target);
-  const std::string body =
-      fmt::format("<div class=\"scroll\"><table class=\"numbers\">\n{}<tbody>\n{}</tbody>\n</table></div>\n",
-                  targets_head(), rows) +
-      paragraph("note", say(view.any_point() ? "say.report.targets.note.points"
-                                             : "say.report.targets.note")) +
-      stands_note(view) + carried_note(view) + lengths_table(view);
+  Table table({"say.report.col.target",
+               {"say.report.col.kind", "word"},
+               "x",
+               "y",
+               "z",
+               "say.report.targets.col.found",
+               "say.report.targets.col.less_nominal",
+               "say.report.col.touches",
+               "say.report.col.mean",
+               "rms"},
+              "",
+              "<th></th><th></th>" + span_head(3, "say.report.targets.col.centre") +
+                  span_head(2, "say.report.targets.col.radius") +
+                  span_head(3, "say.report.targets.col.residual"));
+  for (const calib::TargetResult& target : view.result.targets) add_row(view, target, table);
+  const std::string body = table.html() +
+                           paragraph("note", say(view.any_point() ? "say.report.targets.note.points"
+                                                                  : "say.report.targets.note")) +
+                           stands_note(view) + carried_note(view) + lengths_table(view);
   return section("targets", "say.report.targets", body);
 }
 
@@ -246,23 +223,10 @@ std::string disc(const View& view, const std::string& id) {
   draw_disc(svg);
   for (const Mark& mark : view.marks) {
     if (mark.target != id || mark.direction.norm() < kLeastDirection) continue;
-    const Point at = project(mark.direction);
-    const std::string classes = fmt::format("{} after", css_class(mark.kind));
-    const std::string title = mark_title(view, mark);
-    switch (mark.kind) {
-      case MarkKind::kFit:
-        ++tally.fit;
-        svg.circle(at, 3.0, classes, title);
-        break;
-      case MarkKind::kCheck:
-        ++tally.check;
-        svg.diamond(at, 4.4, classes, title);
-        break;
-      case MarkKind::kOutlier:
-        ++tally.outliers;
-        svg.cross(at, 4.4, classes, title);
-        break;
-    }
+    ++(mark.kind == MarkKind::kFit     ? tally.fit
+       : mark.kind == MarkKind::kCheck ? tally.check
+                                       : tally.outliers);
+    draw_mark(svg, view, mark, project(mark.direction), 3.0, 4.4, "after");
   }
   if (tally.fit + tally.check + tally.outliers == 0) return {};
   return fmt::format("<figure>{}<figcaption><strong>{}</strong><br>{}</figcaption></figure>\n",

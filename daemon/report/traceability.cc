@@ -20,9 +20,8 @@ constexpr int kGravityDecimals = 3;
 constexpr int kSpeedDecimals = 2;
 
 // `html` is already escaped; empty values are named as missing.
-std::string pair(const std::string& name, const std::string& html) {
-  return fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", name,
-                     html.empty() ? "<em>" + say("say.report.not_stated") + "</em>" : html);
+std::string pair(const calib::Phrase& name, const std::string& html) {
+  return pair_row(say(name), html.empty() ? "<em>" + say("say.report.not_stated") + "</em>" : html);
 }
 
 /// "1.0, 2.0, 3.0"; "1,0; 2,0; 3,0".
@@ -36,10 +35,12 @@ std::string vector_mm(const Eigen::Vector3d& v) {
 
 std::string session_rows(const View& view) {
   const ReportInput& input = view.input;
-  return pair(say("say.report.session"), escape(input.session_id)) + pair(say("say.report.started"), escape(input.started)) +
-         pair(say("say.report.finished"), escape(input.finished)) + pair(say("say.report.software"), escape(input.software)) +
-         pair(say("say.report.trace.method"), method_words(view.result.method)) +
-         (level_words(view).empty() ? std::string() : pair(say("say.report.trace.level"), level_words(view)));
+  return pair("say.report.session", escape(input.session_id)) +
+         pair("say.report.started", escape(input.started)) +
+         pair("say.report.finished", escape(input.finished)) +
+         pair("say.report.software", escape(input.software)) +
+         pair("say.report.trace.method", method_words(view.result.method)) +
+         (level_words(view).empty() ? "" : pair("say.report.trace.level", level_words(view)));
 }
 
 std::string robot_rows(const View& view) {
@@ -49,30 +50,30 @@ std::string robot_rows(const View& view) {
     robot += fmt::format("<br><small>{}</small>", escape(cell.robot.source));
   }
   const Eigen::Vector3d& g = cell.robot.gravity_m_s2;
-  return pair(say("say.report.cell"), escape(view.input.cell_name)) + pair(say("say.report.robot"), robot) +
-         pair(say("say.report.trace.joints"), fmt::format("{}", cell.robot.joints.size())) +
-         pair(say("say.report.trace.gravity"),
+  return pair("say.report.cell", escape(view.input.cell_name)) + pair("say.report.robot", robot) +
+         pair("say.report.trace.joints", fmt::format("{}", cell.robot.joints.size())) +
+         pair("say.report.trace.gravity",
               triple(fixed(g.x(), kGravityDecimals), fixed(g.y(), kGravityDecimals),
                      fixed(g.z(), kGravityDecimals)));
 }
 
 std::string one_tool(const calib::Tool& tool) {
-  return (tool.id.empty() ? std::string() : pair(say("say.report.trace.tool"), escape(tool.id))) +
-         pair(say("say.report.trace.tcp"), vector_mm(tool.tcp.translation())) +
-         pair(say("say.report.trace.tcp_sigma"), tool.tcp_sigma_m.isZero()
-                                                      ? say("say.report.trace.taken_as_known")
-                                                      : vector_mm(tool.tcp_sigma_m)) +
-         pair(say("say.report.trace.tool_mass"), fixed(tool.mass_kg, kMassDecimals)) +
-         pair(say("say.report.trace.tool_length"), mm(tool.length_m, 1)) +
-         pair(say("say.report.trace.tip_radius"), mm(tool.tip_radius_m));
+  return (tool.id.empty() ? "" : pair("say.report.trace.tool", escape(tool.id))) +
+         pair("say.report.trace.tcp", vector_mm(tool.tcp.translation())) +
+         pair("say.report.trace.tcp_sigma", tool.tcp_sigma_m.isZero()
+                                                ? say("say.report.trace.taken_as_known")
+                                                : vector_mm(tool.tcp_sigma_m)) +
+         pair("say.report.trace.tool_mass", fixed(tool.mass_kg, kMassDecimals)) +
+         pair("say.report.trace.tool_length", mm(tool.length_m, 1)) +
+         pair("say.report.trace.tip_radius", mm(tool.tip_radius_m));
 }
 
 std::string tool_rows(const View& view) {
   const calib::Cell& cell = view.result.cell;
   std::string rows = one_tool(cell.tool);
   for (const calib::Tool& tool : cell.other_tools) rows += one_tool(tool);
-  return rows + pair(say("say.report.trace.touch_sigma"), mm(cell.touch_sigma_m)) +
-         pair(say("say.report.trace.radius_offset_sigma"), mm(cell.radius_offset_sigma_m));
+  return rows + pair("say.report.trace.touch_sigma", mm(cell.touch_sigma_m)) +
+         pair("say.report.trace.radius_offset_sigma", mm(cell.radius_offset_sigma_m));
 }
 
 std::string artefact_rows(const View& view) {
@@ -86,10 +87,10 @@ std::string artefact_rows(const View& view) {
     rows += pair(escape(target.id), words);
   }
   for (const calib::CertifiedLength& length : view.result.cell.lengths) {
-    rows += pair(say({"say.report.lengths.between",
-                      {{"from", escape(length.from)}, {"to", escape(length.to)}}}),
-                 say({"say.report.trace.certified",
-                      {{"mm", mm(length.length_m)}, {"sigma", mm(length.sigma_m)}}}));
+    rows += pair(
+        {"say.report.lengths.between", {{"from", escape(length.from)}, {"to", escape(length.to)}}},
+        say({"say.report.trace.certified",
+             {{"mm", mm(length.length_m)}, {"sigma", mm(length.sigma_m)}}}));
   }
   return rows;
 }
@@ -101,31 +102,17 @@ std::string pairs_table(const char* heading, const std::string& rows) {
       rows);
 }
 
-/// Role of an input file; those that have no entry stay as they are.
-std::string role_words(const std::string& role) {
-  const std::string id = "say.report.files.role." + role;
-  return calib::sentence_of(id) ? say(id) : role;
-}
-
 std::string files_table(const View& view) {
   if (view.result.inputs.empty()) {
     return paragraph("warn", say("say.report.files.none"));
   }
-  std::string rows;
-  for (const calib::InputFile& file : view.result.inputs) {
-    rows += fmt::format(
-        "<tr><th scope=\"row\">{}</th><td class=\"word\">{}</td><td class=\"word\">"
-        "<code class=\"hash\">{}</code></td></tr>\n",
-        escape(role_words(file.role)), escape(file.name), escape(file.sha256));
-  }
-  return fmt::format(
-      "<h3>{}</h3>\n<div class=\"scroll\"><table class=\"numbers files\">\n{}<tbody>\n{}</tbody>\n</table>"
-      "</div>\n",
-      say("say.report.files"),
-      table_head({{say("say.report.files.col.role")},
-                  {say("say.report.files.col.file"), true},
-                  {"SHA-256", true}}),
-      rows);
+  Table table(
+      {"say.report.files.col.role", {"say.report.files.col.file", "word"}, {"SHA-256", "word"}},
+      "files");
+  for (const calib::InputFile& file : view.result.inputs)
+    table.row({escape(say_if("say.report.files.role.", file.role, file.role)), escape(file.name),
+               fmt::format("<code class=\"hash\">{}</code>", escape(file.sha256))});
+  return fmt::format("<h3>{}</h3>\n", say("say.report.files")) + table.html();
 }
 
 std::string notes_list(const View& view) {
@@ -158,34 +145,29 @@ std::vector<const Extra*> extras_of(const std::vector<calib::Touch>& touches) {
   return used;
 }
 
-std::string touch_row(const calib::Touch& touch, std::size_t number,
-                      const std::vector<calib::Joint>& joints,
-                      const std::vector<const Extra*>& extras) {
-  std::string more;
-  for (const Extra* extra : extras)
-    more += fmt::format("<td class=\"word\">{}</td>",
-                        extra->has(touch) ? extra->words(touch) : std::string());
-  std::string cells;
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    const double per_si = calib::unit_of(joints[i]).per_si;
-    cells +=
-        fmt::format("<td>{}</td>", i < touch.joint_rad.size()
-                                       ? ascii_fixed(touch.joint_rad[i] * per_si, kJointDecimals)
-                                       : std::string("\xE2\x80\x93"));
-  }
-  const bool known = touch.readings > 0;
-  return fmt::format(
-      "<tr><th scope=\"row\">{}</th>{}<td class=\"word\">{}</td><td class=\"word\">{}</td>"
-      "<td>{}</td><td>{}</td><td>{}</td><td>{}</td>{}<td class=\"word\">{}</td></tr>\n",
-      number, cells, escape(touch.target), say(std::string("say.report.raw.set.") + to_string(touch.set)),
-      touch.sigma_m > 0.0 ? ascii_fixed(touch.sigma_m * calib::kMmPerM, kMmDecimals)
-                          : std::string(),
-      known ? fmt::format("{}", touch.readings) : std::string(),
-      touch.readings > 1 ? ascii_fixed(touch.spread_m * calib::kMmPerM, kMmDecimals)
-                         : std::string(),
-      touch.speed_m_s > 0.0 ? ascii_fixed(touch.speed_m_s * calib::kMmPerM, kSpeedDecimals)
-                            : std::string(),
-      more, escape(touch.time));
+/// [mm]; empty where it is not `known`.
+std::string raw_mm(bool known, double metres, int decimals) {
+  return known ? ascii_fixed(metres * calib::kMmPerM, decimals) : "";
+}
+
+std::vector<std::string> touch_cells(const calib::Touch& touch, std::size_t number,
+                                     const std::vector<calib::Joint>& joints,
+                                     const std::vector<const Extra*>& extras) {
+  std::vector<std::string> cells = {std::to_string(number)};
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    cells.push_back(
+        i < touch.joint_rad.size()
+            ? ascii_fixed(touch.joint_rad[i] * calib::unit_of(joints[i]).per_si, kJointDecimals)
+            : kDash);
+  cells.insert(cells.end(), {escape(touch.target),
+                             say(std::string("say.report.raw.set.") + to_string(touch.set)),
+                             raw_mm(touch.sigma_m > 0.0, touch.sigma_m, kMmDecimals),
+                             touch.readings > 0 ? std::to_string(touch.readings) : "",
+                             raw_mm(touch.readings > 1, touch.spread_m, kMmDecimals),
+                             raw_mm(touch.speed_m_s > 0.0, touch.speed_m_s, kSpeedDecimals)});
+  for (const Extra* extra : extras) cells.push_back(extra->has(touch) ? extra->words(touch) : "");
+  cells.push_back(escape(touch.time));
+  return cells;
 }
 
 }  // namespace
@@ -204,30 +186,25 @@ std::string raw_touches(const View& view) {
   const auto& touches = view.input.touches;
   if (touches.empty()) return paragraph("warn", say("say.report.raw.none"));
   const auto& joints = view.result.cell.robot.joints;
-  std::string head;
-  for (const calib::Joint& joint : joints) {
-    head += fmt::format("<th scope=\"col\">{}, {}</th>", escape(joint.name),
-                        unit_word(calib::unit_of(joint).name));
-  }
   const auto extras = extras_of(touches);
-  std::string more;
-  for (const Extra* extra : extras)
-    more += fmt::format("<th scope=\"col\" class=\"word\">{}</th>", say(extra->head));
-  std::string rows;
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    rows += touch_row(touches[i], i + 1, joints, extras);
-  }
+  std::vector<Column> columns = {"say.report.raw.col.number"};
+  for (const calib::Joint& joint : joints)
+    columns.emplace_back(
+        (escape(joint.name) + ", " + unit_word(calib::unit_of(joint).name)).c_str());
+  columns.insert(columns.end(), {{"say.report.col.target", "word"},
+                                 {"say.report.raw.col.set", "word"},
+                                 "&sigma;, mm",
+                                 "say.report.raw.col.readings",
+                                 "say.report.raw.col.spread",
+                                 "say.report.raw.col.speed"});
+  for (const Extra* extra : extras) columns.emplace_back(extra->head, "word");
+  columns.emplace_back("say.report.raw.col.time", "word");
+  Table table(std::move(columns), "raw");
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    table.row(touch_cells(touches[i], i + 1, joints, extras));
   return fmt::format(
-      "<details>\n<summary>{}</summary>\n<div class=\"scroll\"><table class=\"numbers raw\">\n"
-      "<thead><tr><th scope=\"col\">{}</th>{}<th scope=\"col\" class=\"word\">{}</th>"
-      "<th scope=\"col\" class=\"word\">{}</th><th scope=\"col\">&sigma;, mm</th>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>{}"
-      "<th scope=\"col\" class=\"word\">{}</th></tr></thead>\n"
-      "<tbody>\n{}</tbody>\n</table></div>\n</details>\n{}",
-      say({"say.report.raw", {{"n", touches.size()}}}), say("say.report.raw.col.number"), head,
-      say("say.report.col.target"), say("say.report.raw.col.set"), say("say.report.raw.col.readings"),
-      say("say.report.raw.col.spread"), say("say.report.raw.col.speed"), more,
-      say("say.report.raw.col.time"), rows,
+      "<details>\n<summary>{}</summary>\n{}</details>\n{}",
+      say({"say.report.raw", {{"n", touches.size()}}}), table.html(),
       paragraph("on-paper", say({"say.report.raw.on_paper", {{"n", touches.size()}}})));
 }
 

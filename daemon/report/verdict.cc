@@ -159,7 +159,6 @@ std::string summary(const View& view) {
 
 namespace {
 
-constexpr std::string_view kNothing = "\xE2\x80\x93";
 constexpr std::size_t kMostPairs = 20;
 constexpr std::size_t kMostShares = 6;  // of one direction; the remaining ones are small
 constexpr double kLeastShare = 0.05;
@@ -183,20 +182,16 @@ std::string shares_of(const View& view, const calib::UnidentifiableDirection& di
   return words;
 }
 
-std::string outlier_row(const View& view, const calib::Outlier& outlier) {
-  std::string target(kNothing);
-  std::string line(kNothing);
+void add_row(const View& view, const calib::Outlier& outlier, Table& table) {
+  std::string target = kDash, line = kDash;
   if (outlier.touch < view.input.touches.size()) {
     const calib::Touch& touch = view.input.touches[outlier.touch];
     target = escape(touch.target);
     if (touch.line > 0) line = fmt::format("{}", touch.line);
   }
   const std::string reason = say(calib::phrase(outlier));
-  return fmt::format(
-      "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"word\">{}</td><td>{}</td>"
-      "<td class=\"word wide\">{}</td></tr>\n",
-      outlier.touch + 1, line, target, signed_mm(outlier.residual_m),
-      reason.empty() ? say("say.report.outliers.no_reason") : escape(reason));
+  table.row({std::to_string(outlier.touch + 1), line, target, signed_mm(outlier.residual_m),
+             reason.empty() ? say("say.report.outliers.no_reason") : escape(reason)});
 }
 
 // For the comparison of two plans of touches.
@@ -249,19 +244,14 @@ std::string outliers(const View& view) {
   if (list.empty())
     return section("outliers", "say.report.outliers",
                    paragraph("", say("say.report.outliers.none")));
-  std::string rows;
-  for (const calib::Outlier& outlier : list) rows += outlier_row(view, outlier);
-  return section(
-      "outliers", "say.report.outliers",
-      paragraph("", say("say.report.outliers.note")) +
-          fmt::format("<div class=\"scroll\"><table class=\"numbers\">\n{}<tbody>\n{}</tbody>\n"
-                      "</table></div>\n",
-                      table_head({{say("say.report.col.touch")},
-                                  {say("say.report.col.line")},
-                                  {say("say.report.col.target"), true},
-                                  {say("say.report.col.residual_mm")},
-                                  {say("say.report.col.reason"), true}}),
-                      rows));
+  Table table({"say.report.col.touch",
+               "say.report.col.line",
+               {"say.report.col.target", "word"},
+               "say.report.col.residual_mm",
+               {"say.report.col.reason", "word wide"}});
+  for (const calib::Outlier& outlier : list) add_row(view, outlier, table);
+  return section("outliers", "say.report.outliers",
+                 paragraph("", say("say.report.outliers.note")) + table.html());
 }
 
 std::string correlations(const View& view) {
@@ -280,25 +270,21 @@ std::string correlations(const View& view) {
     return section(
         "correlations", kHeading,
         paragraph("", frame + say({"say.report.correlations.none", {{"limit", limit}}})) + left_out);
-  std::string rows;
+  Table table(
+      {"say.report.col.parameter", {"say.report.col.and", "word"}, "say.report.col.correlation"},
+      "narrow");
   const std::size_t shown = std::min(strong.pairs.size(), kMostPairs);
+  const auto parameter = [&](std::size_t index) {
+    return "<code>" + escape(name_of(view, view.result.parameters[index])) + "</code>";
+  };
   for (std::size_t i = 0; i < shown; ++i) {
     const calib::CorrelatedPair& pair = strong.pairs[i];
-    rows += fmt::format(
-        "<tr><th scope=\"row\"><code>{}</code></th><td class=\"word\"><code>{}</code></td>"
-        "<td>{}</td></tr>\n",
-        escape(name_of(view, view.result.parameters[pair.first])),
-        escape(name_of(view, view.result.parameters[pair.second])),
-        signed_fixed(pair.correlation, kCorrelationDecimals));
+    table.row({parameter(pair.first), parameter(pair.second),
+               signed_fixed(pair.correlation, kCorrelationDecimals)});
   }
   std::string body =
       paragraph("", frame + say({"say.report.correlations.note", {{"limit", limit}}})) +
-      fmt::format("<div class=\"scroll\"><table class=\"numbers narrow\">\n{}<tbody>\n{}</tbody>\n"
-                  "</table></div>\n",
-                  table_head({{say("say.report.col.parameter")},
-                              {say("say.report.col.and"), true},
-                              {say("say.report.col.correlation")}}),
-                  rows);
+      table.html();
   if (strong.pairs.size() > shown)
     body += paragraph("note", say({"say.report.correlations.strongest",
                                    {{"shown", shown}, {"of", strong.pairs.size()}}}));
