@@ -154,8 +154,9 @@ nlohmann::json json_of(const CorrectedProgram& result, const calib::Robot& robot
 /// True if the point or its frame is computed while the program runs.
 bool known_at_run_time(const krl::Refusal& refusal) {
   using enum krl::Why;
-  constexpr krl::Why kComputedThere[] = {kComputed,     kArray,        kOperator,     kRelative,
-                                         kToolNotKnown, kBaseNotKnown, kFrameChanged, kTwoFrames};
+  constexpr krl::Why kComputedThere[] = {kComputed,       kArray,        kGeometricOperator,
+                                         kRelativeMotion, kToolNotKnown, kBaseNotKnown,
+                                         kFrameChanged,   kTwoFrames};
   return std::ranges::find(kComputedThere, refusal.why) != std::end(kComputedThere);
 }
 

@@ -6,16 +6,11 @@
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "calib/result/level.h"
+#include "daemon/krl/krl_numbers.h"
 
 namespace cellcal::daemon::krl {
 
 namespace {
-
-bool same(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return (a.translation() - b.translation()).norm() * calib::kMmPerM < kSameToolMm &&
-         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() * calib::kDegPerRad <
-             kSameToolDeg;
-}
 
 calib::Tool stiff(const calib::Calibration& c, const Eigen::Isometry3d& tcp,
                   const std::optional<LoadData>& load) {
@@ -90,12 +85,21 @@ calib::Tool of_controller(const Eigen::Isometry3d& tcp) {
 
 }  // namespace
 
-bool is_the_cells_tool(const calib::Calibration& c, const Eigen::Isometry3d& tool) {
-  Eigen::Isometry3d identified = c.cell.tool.tcp;
+bool same_tool(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() * calib::kMmPerM < kSameToolMm &&
+         degrees_between(a, b) < kSameToolDeg;
+}
+
+Eigen::Isometry3d identified_tcp(const calib::Calibration& c) {
+  Eigen::Isometry3d tcp = c.cell.tool.tcp;
   for (int axis = 0; axis < 3; ++axis)
-    identified.translation()[axis] +=
+    tcp.translation()[axis] +=
         calib::correction_of(c, calib::tool_parameter(calib::ParameterKind::kTcp, 0, axis));
-  return same(tool, c.cell.tool.tcp) || same(tool, identified);
+  return tcp;
+}
+
+bool is_the_cells_tool(const calib::Calibration& c, const Eigen::Isometry3d& tool) {
+  return same_tool(tool, c.cell.tool.tcp) || same_tool(tool, identified_tcp(c));
 }
 
 calib::Calibration real_arm(const calib::Calibration& c, const Eigen::Isometry3d& tool,

@@ -24,6 +24,9 @@ inline constexpr double kSameToolMm = 0.05, kSameToolDeg = 0.02;
 /// that of the tool.
 inline constexpr double kSameLoadMm = 0.1;
 
+bool same_tool(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
+/// TCP of the cell file's tool.
+Eigen::Isometry3d identified_tcp(const calib::Calibration& calibration);
 /// True for the cell file's tool, as stated or as identified.
 bool is_the_cells_tool(const calib::Calibration& calibration, const Eigen::Isometry3d& tool);
 /// The calibration with that tool: the cell's with its bending and identified tip, any other stiff and as stated with

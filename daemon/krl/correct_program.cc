@@ -37,10 +37,6 @@ constexpr double kNoShiftMm = 1e-5, kNoTurnDeg = 1e-6;
 constexpr double kVerifiedMm = 0.02;
 constexpr std::array<const char*, 6> kPose = {"X", "Y", "Z", "A", "B", "C"};
 
-double degrees_between(const Isometry3d& a, const Isometry3d& b) {
-  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() * calib::kDegPerRad;
-}
-
 class Correction {
  public:
   /// `files`: those with points.
@@ -293,10 +289,7 @@ class Correction {
     const auto reached = reach(motion, view, wanted, q);
     if (!reached) return Why::kNotReached;
     ends_[index] = *reached;
-    CorrectedPoint done = about(motion, point);
-    const Isometry3d moved = view.nominal(*reached);
-    done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
-    done.turn_deg = degrees_between(taught, moved);
+    CorrectedPoint done = about(motion, point, taught, view.nominal(*reached));
     JointVector written = q;
     if (moves(done)) {
       for (std::size_t i = 0; i < 6; ++i)
@@ -324,10 +317,8 @@ class Correction {
     const auto reached = reach(motion, view, goal, *q);
     if (!reached) return Why::kNotReached;
     ends_[index] = *reached;
-    CorrectedPoint done = about(motion, point);
     const Isometry3d moved = in_robot->inverse() * view.nominal(*reached);
-    done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
-    done.turn_deg = degrees_between(taught, moved);
+    CorrectedPoint done = about(motion, point, taught, moved);
     FrameMmDeg written = old;
     StatusTurn now = stated.value_or(StatusTurn{});
     if (moves(done)) {
@@ -400,8 +391,11 @@ class Correction {
     return std::nullopt;
   }
 
-  static CorrectedPoint about(const Motion& motion, const Point& point) {
+  static CorrectedPoint about(const Motion& motion, const Point& point, const Isometry3d& taught,
+                              const Isometry3d& moved) {
     CorrectedPoint done;
+    done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
+    done.turn_deg = degrees_between(taught, moved);
     done.name = name_of_key(motion.point);
     done.file = point.file;
     done.line = point.line;
@@ -493,6 +487,17 @@ std::vector<const KrlFile*> texts_of(const ProgramFiles& files) {
   return {&files.src};
 }
 
+/// Without files, points and warnings.
+Corrected common_of(const Program& program, const Correction& correction) {
+  Corrected result;
+  result.robroot_stated = program.data.robroot.has_value();
+  result.tools = correction.tools();
+  for (const auto& [key, why] : program.left) result.left.push_back({name_of_key(key), why});
+  for (const std::string& key : correction.never())
+    result.left.push_back({name_of_key(key), kNever});
+  return result;
+}
+
 }  // namespace
 
 calib::Calibration as_drawn(calib::Calibration calibration) {
@@ -504,15 +509,10 @@ CorrectedProgram correct_program(const calib::Calibration& calibration, const Pr
                                  const CorrectionOptions& options) {
   const Program program = read_program(files, options.leave, options.still);
   if (!program.no_points.empty()) throw program.no_points.begin()->second;
-  CorrectedProgram result;
-  result.robroot_stated = program.data.robroot.has_value();
-  result.motions = program.modules[0].motion_lines;
-  for (const auto& [name, why] : program.left) result.left.push_back({name, why});
   const std::vector<const KrlFile*> texts = texts_of(files);
   Correction correction(calibration, texts, program, options);
   correction.run();
-  result.tools = correction.tools();
-  for (const std::string& key : correction.never()) result.left.push_back({key, kNever});
+  CorrectedProgram result{common_of(program, correction), {}, program.modules[0].motion_lines};
   std::set<std::string> keys;
   for (const std::string& key : correction.order()) {
     result.points.push_back(correction.points().at(key));
@@ -564,12 +564,7 @@ CorrectedBackup correct_backup(const calib::Calibration& calibration, const Back
   correction.run();
   auto refusals = refusals_of_modules(program, correction.refusals());
   refuse_shared(program, refusals);
-  CorrectedBackup result;
-  result.robroot_stated = program.data.robroot.has_value();
-  result.tools = correction.tools();
-  for (const auto& [key, why] : program.left) result.left.push_back({name_of_key(key), why});
-  for (const std::string& key : correction.never())
-    result.left.push_back({name_of_key(key), kNever});
+  CorrectedBackup result{common_of(program, correction), {}};
   std::vector<std::set<std::string>> points(program.modules.size());
   std::vector<std::vector<ToolUsed>> tools(program.modules.size());
   for (const Motion& motion : program.motions) {

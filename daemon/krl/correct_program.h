@@ -39,14 +39,17 @@ struct LeftPoint {
   std::string name, why;  ///< "--leave", its file, "no motion goes to it"
 };
 
-struct CorrectedProgram {
-  std::vector<KrlFile> files;  ///< .src and .dat; empty after a refusal
+struct Corrected {
+  std::vector<KrlFile> files;  ///< those that may be changed
   std::vector<CorrectedPoint> points;
   std::vector<LeftPoint> left;
   std::vector<ToolUsed> tools;
-  bool robroot_stated = false;  ///< by a file; otherwise the arm is at the world's origin
-  std::vector<Refusal> refusals;
   std::vector<calib::Phrase> warnings;
+  bool robroot_stated = false;  ///< by a file; otherwise the arm is at the world's origin
+};
+
+struct CorrectedProgram : Corrected {  // .src and .dat; no files after a refusal
+  std::vector<Refusal> refusals;
   int motions = 0;  ///< lines of the program with a motion
 
   const CorrectedPoint* largest() const;  ///< by shift; null without points
@@ -69,14 +72,8 @@ struct CorrectedModule {
 
 /// No module has corrected and uncorrected points, except points that stay unchanged in all of
 /// them.
-struct CorrectedBackup {
-  std::vector<KrlFile> files;  ///< changed files
+struct CorrectedBackup : Corrected {  // changed files
   std::vector<CorrectedModule> modules;
-  std::vector<CorrectedPoint> points;
-  std::vector<LeftPoint> left;
-  std::vector<ToolUsed> tools;
-  std::vector<calib::Phrase> warnings;
-  bool robroot_stated = false;
 };
 
 /// Joint angles of the nominal arm at the points of a program, and the reasons for the others.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ranges>
 
 #include "calib/estimate/external_axes.h"
 #include "calib/model/error.h"
@@ -116,47 +117,41 @@ bool as_found(const Carriers& carriers) {
 void write_positioner(const calib::Calibration& c, const Carriers& carriers, Lines& out) {
   const std::vector<calib::PositionerAxis>& axes = c.cell.robot.positioner;
   const bool found = as_found(carriers);
-  std::vector<std::string> controllers, calibrated, machine, carried, mount, centre, soft;
-  std::vector<double> sign, scaled, mass_kg;
-  for (std::size_t j = 0; j < axes.size(); ++j) {
-    const Isometry3d is = calib::axis_as_found(c, j);
-    controllers.push_back(frame(found ? is : axes[j].frame));
-    calibrated.push_back(frame(is));
-    sign.push_back(axes[j].sign);
-    scaled.push_back(axes[j].sign * (1.0 + correction_of(c, calib::positioner_parameter(
-                                                                j, calib::AxisError::kScale))));
-    mass_kg.push_back(axes[j].mass_kg);
-    centre.push_back(frame(Vector3d(axes[j].com_m * kMmPerM)));
-    soft.push_back(frame(Vector3d(calib::give_rad_per_nm(c, j) * kDegPerRad * kNmPerKnm)));
-  }
-  const bool loaded = std::ranges::any_of(mass_kg, [](double one) { return one > 0.0; });
+  const auto indices = std::views::iota(std::size_t{0}, axes.size());
+  const bool loaded = std::ranges::any_of(axes, [](const auto& one) { return one.mass_kg > 0.0; });
+  const auto& mounted = carriers.mounted();
   std::size_t most = 0;
-  for (const auto& [index, one] : carriers.mounted()) {
-    most = std::max(most, one.kinematic->axes.size());
-    machine.push_back(std::to_string(index));
-    carried.push_back(std::to_string(one.kinematic->axes.size()));
-    mount.push_back(frame(one.mount));
-  }
+  for (const auto& [index, one] : mounted) most = std::max(most, one.kinematic->axes.size());
   const std::string none = frame(calib::FrameMmDeg{});
-  const auto itself = [](double one) { return one; };
   out.comment(
       "positioner: axes that may carry a base, as the controller has them and as calibrated");
   out.value("INT", "CCF_XAXES", std::to_string(most));
-  out.array("FRAME", "CCF_XDRAWN", controllers, none);
-  out.array("FRAME", "CCF_XFOUND", calibrated, none);
-  out.reals("CCF_XSIGN", sign, itself);
-  out.reals("CCF_XREAL", scaled, itself);
+  const auto as_calibrated = [&](std::size_t j) { return frame(calib::axis_as_found(c, j)); };
+  out.each("FRAME", "CCF_XDRAWN", indices,
+           [&](std::size_t j) { return found ? as_calibrated(j) : frame(axes[j].frame); }, none);
+  out.each("FRAME", "CCF_XFOUND", indices, as_calibrated, none);
+  out.reals("CCF_XSIGN", axes, [](const auto& one) { return one.sign; });
+  out.reals("CCF_XREAL", indices, [&](std::size_t j) {
+    const auto scale = calib::positioner_parameter(j, calib::AxisError::kScale);
+    return axes[j].sign * (1.0 + correction_of(c, scale));
+  });
   out.comment("masses that the axes turn, with their centres, and how far an axis gives about x, y and z");
   out.value("INT", "CCF_XLOADS", std::to_string(loaded ? axes.size() : 0));
   out.value("FRAME", "CCF_XDOWN", frame(c.cell.robot.gravity_m_s2));
-  out.reals("CCF_XKG", mass_kg, itself);
-  out.array("FRAME", "CCF_XCOM", centre, none);
-  out.array("FRAME", "CCF_XSOFT", soft, none);
+  out.reals("CCF_XKG", axes, [](const auto& one) { return one.mass_kg; });
+  out.each("FRAME", "CCF_XCOM", axes,
+           [](const auto& one) { return frame(Vector3d(one.com_m * kMmPerM)); }, none);
+  out.each("FRAME", "CCF_XSOFT", indices, [&](std::size_t j) {
+    return frame(Vector3d(calib::give_rad_per_nm(c, j) * kDegPerRad * kNmPerKnm));
+  }, none);
   out.comment("MACHINE_DEF: number, axes, its flange in the frame that these carry");
-  out.value("INT", "CCF_XMACHINES", std::to_string(machine.size()));
-  out.array("INT", "CCF_XMACH", machine, "0");
-  out.array("INT", "CCF_XCARRIED", carried, "0");
-  out.array("FRAME", "CCF_XMOUNT", mount, none);
+  out.value("INT", "CCF_XMACHINES", std::to_string(mounted.size()));
+  out.each("INT", "CCF_XMACH", mounted,
+           [](const auto& one) { return std::to_string(one.first); }, "0");
+  out.each("INT", "CCF_XCARRIED", mounted,
+           [](const auto& one) { return std::to_string(one.second.kinematic->axes.size()); }, "0");
+  out.each("FRAME", "CCF_XMOUNT", mounted,
+           [](const auto& one) { return frame(one.second.mount); }, none);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ std::string real(double value);
 std::string frame(const calib::FrameMmDeg& f);
 std::string frame(const Eigen::Isometry3d& f);
 std::string frame(const Eigen::Vector3d& mm);
+inline std::string truth(bool value) { return value ? "TRUE" : "FALSE"; }
 
 class Lines {
  public:
@@ -28,11 +29,17 @@ class Lines {
   /// An array, of one element where there is none.
   void array(const std::string& type, const std::string& name,
              const std::vector<std::string>& values, const std::string& none);
+  /// The text `one` of each.
+  template <typename All, typename One>
+  void each(const std::string& type, const std::string& name, const All& all, const One& one,
+            const std::string& none = {}) {
+    std::vector<std::string> values;
+    for (const auto& its : all) values.push_back(one(its));
+    array(type, name, values, none);
+  }
   template <typename All, typename One>
   void reals(const std::string& name, const All& all, const One& one) {
-    std::vector<std::string> values;
-    for (const auto& each : all) values.push_back(real(one(each)));
-    array("REAL", name, values, "0.0");
+    each("REAL", name, all, [&](const auto& its) { return real(one(its)); }, "0.0");
   }
   const std::string& text() const { return text_; }
 

@@ -214,12 +214,6 @@ double farthest_m(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b
   return most;
 }
 
-bool same_tool(const FrameMmDeg& a, const FrameMmDeg& b) {
-  const Isometry3d off = calib::to_isometry(a).inverse() * calib::to_isometry(b);
-  return off.translation().norm() * kMmPerM < kSameToolMm &&
-         calib::turn_vector(off.linear()).norm() * kDegPerRad < kSameToolDeg;
-}
-
 /// The cell's tool as stated and as identified, the bare flange, and the controller's; those for any load last.
 std::vector<FixTool> tools_of(const calib::Calibration& c, const Data& data,
                               Corrections& corrections) {
@@ -227,7 +221,7 @@ std::vector<FixTool> tools_of(const calib::Calibration& c, const Data& data,
   std::vector<Vector3d> own;  ///< tips with the cell's tool
   const auto add = [&](const FrameMmDeg& stated, const std::optional<LoadData>& load) {
     if (std::ranges::any_of(
-            all, [&](const FixTool& t) { return same_tool(t.stated, stated) && t.load == load; }))
+            all, [&](const FixTool& t) { return t.is(stated) && t.load == load; }))
       return;
     if (all.size() == kMostTools)
       throw calib::FileError("more than 64 tools. Give a $config.dat with the tools in use");
@@ -237,17 +231,13 @@ std::vector<FixTool> tools_of(const calib::Calibration& c, const Data& data,
       all.push_back(std::move(tool));
   };
   add(calib::to_frame(c.cell.tool.tcp), {});
-  Isometry3d identified = c.cell.tool.tcp;
-  for (int axis = 0; axis < 3; ++axis)
-    identified.translation()[axis] +=
-        correction_of(c, calib::tool_parameter(ParameterKind::kTcp, 0, axis));
-  add(calib::to_frame(identified), {});
+  add(calib::to_frame(identified_tcp(c)), {});
   add({}, {});
   for (const auto& [number, stated] : data.tools) add(stated, load_of(data, number));
   std::ranges::stable_partition(all, [](const FixTool& one) { return one.load.has_value(); });
   for (FixTool& one : all)
-    one.by_load = std::ranges::count_if(
-                      all, [&](const FixTool& t) { return same_tool(t.stated, one.stated); }) > 1;
+    one.by_load =
+        std::ranges::count_if(all, [&](const FixTool& t) { return t.is(one.stated); }) > 1;
   return all;
 }
 
@@ -329,22 +319,20 @@ void write_messages(bool external, Lines& out) {
             "{VL_STOP TRUE,CLEAR_P_RESET TRUE,CLEAR_P_SAW FALSE,LOG_TO_DB TRUE}");
 }
 
+/// As KRL counts, from 1.
+std::string number(int index) { return std::to_string(index + 1); }
+std::string frame_mm(const Vector3d& place_m) { return frame(Vector3d(place_m * kMmPerM)); }
+
 void write_joints(const calib::Robot& robot, const Joints& joints, Lines& out) {
   const auto& all = joints.joint;
-  std::vector<std::string> nominal, calibrated, com;
-  bool bearings = false;
-  for (const Joints::One& one : all) {
-    nominal.push_back(frame(one.nominal));
-    calibrated.push_back(frame(one.real));
-    com.push_back(frame(Vector3d(one.com_m * kMmPerM)));
-    bearings = bearings || one.tilt_x != 0.0 || one.tilt_y != 0.0;
-  }
+  const bool bearings = std::ranges::any_of(
+      all, [](const auto& one) { return one.tilt_x != 0.0 || one.tilt_y != 0.0; });
   out.comment("joints: nominal and calibrated, behind their turns; zeros, signs, masses in kg");
   out.value("FRAME", "CCF_F0", frame(robot.base_fixed));
   out.value("FRAME", "CCF_FE", frame(robot.flange_fixed));
-  out.array("FRAME", "CCF_KN", nominal, "");
-  out.array("FRAME", "CCF_KR", calibrated, "");
-  out.array("FRAME", "CCF_COM", com, "");
+  out.each("FRAME", "CCF_KN", all, [](const auto& one) { return frame(one.nominal); });
+  out.each("FRAME", "CCF_KR", all, [](const auto& one) { return frame(one.real); });
+  out.each("FRAME", "CCF_COM", all, [](const auto& one) { return frame_mm(one.com_m); });
   out.reals("CCF_SIGN", all, [](const auto& one) { return one.sign; });
   out.reals("CCF_ZERO", all, [](const auto& one) { return one.offset_rad * kDegPerRad; });
   out.reals("CCF_D", all, [](const auto& one) { return one.theta_rad * kDegPerRad; });
@@ -356,39 +344,34 @@ void write_joints(const calib::Robot& robot, const Joints& joints, Lines& out) {
   out.reals("CCF_STIFF_DEG", all, [](const auto& one) { return one.stiffening_rad * kDegPerRad; });
   out.reals("CCF_STIFF_AT", arm_of(robot),
             [](const calib::Joint& j) { return 1.0 / j.stiffening_nm; });
-  out.value("BOOL", "CCF_BEARINGS", bearings ? "TRUE" : "FALSE");
+  out.value("BOOL", "CCF_BEARINGS", truth(bearings));
   out.reals("CCF_TILT_X", all, [](const auto& one) { return one.tilt_x * kTiltDeg; });
   out.reals("CCF_TILT_Y", all, [](const auto& one) { return one.tilt_y * kTiltDeg; });
   const Vector3d& g = robot.gravity_m_s2;
-  out.line(fmt::format("DECL REAL CCF_GX={}", real(g.x())));
-  out.line(fmt::format("DECL REAL CCF_GY={}", real(g.y())));
-  out.line(fmt::format("DECL REAL CCF_GZ={}", real(g.z())));
+  out.value("REAL", "CCF_GX", real(g.x()));
+  out.value("REAL", "CCF_GY", real(g.y()));
+  out.value("REAL", "CCF_GZ", real(g.z()));
 }
 
 void write_loads(const Joints& joints, Lines& out) {
-  std::vector<std::string> of, on, by;
-  std::vector<double> degrees;
-  for (const auto& [key, load] : joints.loads) {
-    of.push_back(std::to_string(key.first + 1));
-    on.push_back(std::to_string(key.second + 1));
-    by.push_back(frame(Vector3d(load.normalized() * kAlongMm)));
-    degrees.push_back(load.norm() * kDegPerRad / (kAlongMm * kAlongMm));
-  }
-  out.value("INT", "CCF_LOADS", std::to_string(of.size()));
-  out.array("INT", "CCF_L_OF", of, "1");
-  out.array("INT", "CCF_L_ON", on, "1");
-  out.array("FRAME", "CCF_L_BY", by, frame(Vector3d(Vector3d::Zero())));
-  out.reals("CCF_L_DEG", degrees, [](double one) { return one; });
+  const auto& all = joints.loads;
+  out.value("INT", "CCF_LOADS", std::to_string(all.size()));
+  out.each("INT", "CCF_L_OF", all, [](const auto& one) { return number(one.first.first); }, "1");
+  out.each("INT", "CCF_L_ON", all, [](const auto& one) { return number(one.first.second); }, "1");
+  out.each("FRAME", "CCF_L_BY", all,
+           [](const auto& one) { return frame(Vector3d(one.second.normalized() * kAlongMm)); },
+           frame(FrameMmDeg{}));
+  out.reals("CCF_L_DEG", all, [](const auto& one) {
+    return one.second.norm() * kDegPerRad / (kAlongMm * kAlongMm);
+  });
 }
 
 void write_waves(const Joints& joints, const Table& table, Lines& out) {
   std::vector<Wave> fast;
   for (const auto& [key, wave] : joints.waves)
     if (!in_table(wave)) fast.push_back(wave);
-  std::vector<std::string> of;
-  for (const Wave& wave : fast) of.push_back(std::to_string(wave.joint + 1));
   out.value("INT", "CCF_WAVES", std::to_string(fast.size()));
-  out.array("INT", "CCF_V_OF", of, "1");
+  out.each("INT", "CCF_V_OF", fast, [](const Wave& wave) { return number(wave.joint); }, "1");
   out.reals("CCF_V_H", fast, [](const Wave& wave) { return wave.per_turn; });
   out.reals("CCF_V_COS", fast, [](const Wave& wave) { return wave.cosine_rad * kDegPerRad; });
   out.reals("CCF_V_SIN", fast, [](const Wave& wave) { return wave.sine_rad * kDegPerRad; });
@@ -404,25 +387,17 @@ void write_waves(const Joints& joints, const Table& table, Lines& out) {
 }
 
 void write_tools(const std::vector<FixTool>& tools, Lines& out) {
-  std::vector<std::string> stated, tip, stiff, com, by_load, centre;
-  for (const FixTool& tool : tools) {
-    const LoadData load = tool.load.value_or(LoadData{});
-    by_load.push_back(tool.by_load ? "TRUE" : "FALSE");
-    centre.push_back(frame(Vector3d(load.com_mm[0], load.com_mm[1], load.com_mm[2])));
-    stated.push_back(frame(tool.stated));
-    tip.push_back(frame(tool.tip));
-    stiff.push_back(tool.cells ? "FALSE" : "TRUE");
-    com.push_back(frame(Vector3d(tool.com_m * kMmPerM)));
-  }
   out.comment("tools: as $TOOL and $LOAD have them (-1: any load), as they are; bending per m/s2");
   out.value("INT", "CCF_TOOLS", std::to_string(tools.size()));
-  out.array("FRAME", "CCF_TF", stated, "");
-  out.array("BOOL", "CCF_BY_LOAD", by_load, "");
+  out.each("FRAME", "CCF_TF", tools, [](const FixTool& t) { return frame(t.stated); });
+  out.each("BOOL", "CCF_BY_LOAD", tools, [](const FixTool& t) { return truth(t.by_load); });
   out.reals("CCF_LM", tools, [](const FixTool& t) { return t.load ? t.load->mass_kg : -1.0; });
-  out.array("FRAME", "CCF_LC", centre, "");
-  out.array("FRAME", "CCF_TR", tip, "");
-  out.array("BOOL", "CCF_STIFF", stiff, "");
-  out.array("FRAME", "CCF_TC", com, "");
+  out.each("FRAME", "CCF_LC", tools, [](const FixTool& t) {
+    return frame(FrameMmDeg{t.load.value_or(LoadData{}).com_mm, {}});
+  });
+  out.each("FRAME", "CCF_TR", tools, [](const FixTool& t) { return frame(t.tip); });
+  out.each("BOOL", "CCF_STIFF", tools, [](const FixTool& t) { return truth(!t.cells); });
+  out.each("FRAME", "CCF_TC", tools, [](const FixTool& t) { return frame_mm(t.com_m); });
   out.reals("CCF_TM", tools, [](const FixTool& t) { return t.mass_kg; });
   out.reals("CCF_BEND", tools, [](const FixTool& t) { return t.bend_m_per_accel * kMmPerM; });
   out.reals("CCF_TURN", tools, [](const FixTool& t) { return t.turn_rad_per_accel * kDegPerRad; });
@@ -503,6 +478,10 @@ std::string filled(std::string_view text, const std::map<std::string, std::strin
 }
 
 }  // namespace
+
+bool FixTool::is(const FrameMmDeg& tool) const {
+  return same_tool(calib::to_isometry(tool), calib::to_isometry(stated));
+}
 
 FixModule fix_module(const calib::Calibration& c, const Data& data,
                      const FixModuleOptions& options) {

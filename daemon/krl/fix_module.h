@@ -32,6 +32,8 @@ struct FixTool {
   double mass_kg = 0.0;  ///< of everything on the flange
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();
   std::vector<double> play_closes_nm;  ///< per joint
+
+  bool is(const calib::FrameMmDeg& tool) const;  ///< as `stated`
 };
 
 struct FixModule {

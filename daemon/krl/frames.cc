@@ -7,6 +7,7 @@
 #include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "daemon/krl/krl_data.h"
+#include "daemon/krl/krl_numbers.h"
 
 namespace cellcal::daemon::krl {
 
@@ -39,8 +40,7 @@ ProposedFrame proposed(ProposedFrame::Kind kind, const Isometry3d& frame,
   one.old = old->second;
   const Isometry3d before = calib::to_isometry(old->second);
   one.shift_mm = (frame.translation() - before.translation()).norm() * calib::kMmPerM;
-  one.turn_deg =
-      Eigen::AngleAxisd(before.linear().transpose() * frame.linear()).angle() * calib::kDegPerRad;
+  one.turn_deg = degrees_between(before, frame);
   return one;
 }
 

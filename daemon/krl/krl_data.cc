@@ -16,7 +16,7 @@ const std::set<std::string> kAxisTypes = {"E6AXIS", "AXIS"};
 
 void keep_point(Point point, Data& data) {
   const auto [at, fresh] = data.points.emplace(point.name, point);
-  if (!fresh) data.refusals.push_back({Why::kTwice, point.file, point.line, point.name});
+  if (!fresh) data.refusals.push_back({Why::kDeclaredTwice, point.file, point.line, point.name});
 }
 
 /// NAME[=value]{,NAME[=value]} of a point type, which is tokens[type].
@@ -112,7 +112,7 @@ void read_element(const Line& line, bool global, const std::string& file, Data& 
   if (!value) {
     if ((given || sets_component(line)) &&
         data.declared.count(first) + data.points.count(first) > 0)
-      data.refusals.push_back({Why::kTwice, file, line.number, first});
+      data.refusals.push_back({Why::kDeclaredTwice, file, line.number, first});
     return;
   }
   const std::string name = given->element();

@@ -19,19 +19,17 @@ void add_missing(const Data& controller, Data& own) {
 void add_globals(const Data& from, Data& into) {
   for (const auto& [name, point] : from.points)
     if (from.globals.count(variable_of(name)) > 0 && !into.points.emplace(name, point).second)
-      into.refusals.push_back({Why::kTwice, point.file, point.line, name});
-  for (const auto& [name, structure] : from.structures)
-    if (from.globals.count(variable_of(name)) > 0) into.structures.emplace(name, structure);
-  for (const auto& [name, line] : from.declared)
-    if (from.globals.count(name) > 0) into.declared.emplace(name, line);
-  for (const auto& [name, frame] : from.frames)
-    if (from.globals.count(name) > 0) into.frames.emplace(name, frame);
-  for (const auto& [name, frame] : from.named_frames)
-    if (from.globals.count(name) > 0) into.named_frames.emplace(name, frame);
-  for (const auto& [name, load] : from.named_loads)
-    if (from.globals.count(name) > 0) into.named_loads.emplace(name, load);
-  for (const auto& [name, number] : from.named_numbers)
-    if (from.globals.count(name) > 0) into.named_numbers.emplace(name, number);
+      into.refusals.push_back({Why::kDeclaredTwice, point.file, point.line, name});
+  const auto take = [&](auto member) {
+    for (const auto& one : from.*member)
+      if (from.globals.count(variable_of(one.first)) > 0) (into.*member).insert(one);
+  };
+  take(&Data::structures);
+  take(&Data::declared);
+  take(&Data::frames);
+  take(&Data::named_frames);
+  take(&Data::named_loads);
+  take(&Data::named_numbers);
 }
 
 void forget(const std::set<std::string>& touched, bool all, Data& data) {

@@ -62,6 +62,10 @@ std::string rewritten(std::string_view old, double value, int least) {
   return sign + std::string(old.substr(has_sign, first - has_sign)) + digits;
 }
 
+double degrees_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() * calib::kDegPerRad;
+}
+
 calib::FrameMmDeg nearest_turns(const Eigen::Isometry3d& pose, const calib::FrameMmDeg& near) {
   calib::FrameMmDeg first = calib::to_frame(pose);
   auto& [a, b, c] = first.abc_deg;

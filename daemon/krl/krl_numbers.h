@@ -22,6 +22,8 @@ double value_of(std::string_view text);
 /// 'B110' and 'H6' become decimal. KRL's REAL has seven digits; more are not significant.
 std::string rewritten(std::string_view old, double value, int least);
 
+double degrees_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
+
 /// Triple A, B, C of the rotation nearest to `near`: by whole turns, by the other solution, and at
 /// B = +-90 deg, where A and C are one rotation, with C unchanged.
 calib::FrameMmDeg nearest_turns(const Eigen::Isometry3d& pose, const calib::FrameMmDeg& near);

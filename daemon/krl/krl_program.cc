@@ -46,7 +46,13 @@ class Reader {
         program_(program),
         flow_(program.flow, module_, module_name(src.name)) {}
 
+  /// Of the controller's own programs only motions are counted.
   void read(const std::vector<Line>& lines) {
+    if ((own().kukas = is_kukas_program(src_.name))) {
+      own().motion_lines = static_cast<int>(std::ranges::count_if(
+          lines, [](const Line& line) { return motion_kind(line) != MotionKind::kNone; }));
+      return;
+    }
     for (const Line& line : lines)
       if (declares_data(line)) read_declaration(line, src_.name, data_);
     const FrameState state(lines, module_name(src_.name), data_, controller_, calls_);
@@ -60,11 +66,6 @@ class Reader {
     for (const auto& [name, line] : mentioned_)
       program_.computed.emplace(
           key_of(name), Refusal{of_place(Why::kComputed, line, name), src_.name, line, name});
-  }
-
-  void count_motions(const std::vector<Line>& lines) {
-    for (const Line& line : lines)
-      if (motion_kind(line) != MotionKind::kNone) ++own().motion_lines;
   }
 
   bool is_point(const std::string& name) const {
@@ -88,7 +89,7 @@ class Reader {
 
   /// The reason for a point that may come from where the arm is.
   Why of_place(Why why, int line, const std::string& what) const {
-    const bool computed = why == Why::kComputed || why == Why::kOperator || why == Why::kArray;
+    const bool computed = why == Why::kComputed || why == Why::kGeometricOperator || why == Why::kArray;
     const std::string name = variable_of(what);
     return computed && (name == "FORWARD" || positions_.reaches(module_, line, name))
                ? Why::kOwnPosition
@@ -133,7 +134,7 @@ class Reader {
     if (kind == MotionKind::kRelative) {
       lose(line);
       if (together_) mention(line, 1);
-      return refuse(Why::kRelative, line.number, t[0].word);
+      return refuse(Why::kRelativeMotion, line.number, t[0].word);
     }
     if (kind == MotionKind::kExternal) return refuse(Why::kExternalAxes, line.number, t[0].word);
     if (kind == MotionKind::kPoint && t.size() > 1) return motion(line, state);
@@ -229,7 +230,7 @@ class Reader {
     const PointKind kind = kind_of(*value);
     const auto [at, fresh] = data_.points.emplace(
         t[0].word, Point{t[0].word, kind, src_.name, line.number, std::move(*value)});
-    if (!fresh) refuse(Why::kTwice, line.number, t[0].word);
+    if (!fresh) refuse(Why::kDeclaredTwice, line.number, t[0].word);
     return true;
   }
 
@@ -250,7 +251,7 @@ class Reader {
       if (!sign_at(t, ++at, ':')) return true;
       lose(line);
       if (!leave_line(t[at - 1].word, t[at - 1].word))
-        refuse(Why::kOperator, line.number, t[at - 1].word);
+        refuse(Why::kGeometricOperator, line.number, t[at - 1].word);
       return false;
     }
     Motion motion;
@@ -269,7 +270,7 @@ class Reader {
       auto value = read_aggregate(t, at);
       motion.point = "line " + std::to_string(line.number);
       if (!value) return refuse_line(Why::kPartial);
-      if (sign_at(t, value->after, ':')) return refuse_line(Why::kOperator);
+      if (sign_at(t, value->after, ':')) return refuse_line(Why::kGeometricOperator);
       at = value->after;
       const PointKind kind = kind_of(*value);
       if (program_.points.count(motion.point + where_) +
@@ -290,7 +291,7 @@ class Reader {
       const bool element = rest_of_name(t, ++at, name);
       motion.point = name;
       if (!element) return refuse_line(Why::kArray);
-      if (sign_at(t, at, ':')) return refuse_line(Why::kOperator);
+      if (sign_at(t, at, ':')) return refuse_line(Why::kGeometricOperator);
       if (sign_at(t, at, '(')) return refuse_line(Why::kComputed);
       motion.point = key_of(name);
       targets_.insert(variable_of(name));
@@ -510,10 +511,7 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   const OwnPosition positions(alone, types);
   Reader reader(files.src, leave, known, {routines, 0}, positions, false, imported, program.data,
                 program);
-  if ((program.modules[0].kukas = is_kukas_program(files.src.name)))
-    reader.count_motions(read_lines(files.src));
-  else
-    reader.read(read_lines(files.src));
+  reader.read(read_lines(files.src));
   for (const std::string& name : leave)
     if (!reader.is_point(name)) program.no_points.emplace(name, reader.no_point(name));
   std::vector<const KrlFile*> texts = sources;
@@ -577,10 +575,7 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
         {one.src.name, changes_for(one, routines, i, seen, program.changes), 0, {}, false});
     Reader reader(one.src, leave, seen, {routines, i}, positions, true,
                   imports.not_followed(one.src.name), own[i], program);
-    if ((program.modules[i].kukas = is_kukas_program(one.src.name)))
-      reader.count_motions(read_lines(one.src));
-    else
-      reader.read(read_lines(one.src));
+    reader.read(read_lines(one.src));
     std::erase_if(missing, [&](const std::string& name) { return reader.is_point(name); });
     for (const Refusal& refusal : own[i].refusals) program.twice.push_back(refusal);
   }

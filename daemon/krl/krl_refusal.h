@@ -17,12 +17,12 @@ struct Program;
 enum class Why {
   kComputed,         ///< the program also reads or changes the point
   kArray,            ///< an element of an array
-  kOperator,         ///< ':' after the point
-  kRelative,         ///< LIN_REL and the like
+  kGeometricOperator,  ///< ':' after the point
+  kRelativeMotion,   ///< LIN_REL and the like
   kPartial,          ///< missing components, or one of S and T alone
   kNotANumber,       ///< a component that is unknown, not finite or out of range
   kUnknownPoint,     ///< in none of the files
-  kTwice,            ///< declared twice
+  kDeclaredTwice,
   kGlobal,           ///< declared GLOBAL: other modules use it
   kImported,         ///< imported under another name
   kElsewhere,        ///< in another file, which is not corrected with the program
@@ -77,7 +77,7 @@ struct Refusal {
 calib::Phrase phrase(const Refusal& refusal, const calib::Robot& robot);
 /// In English, as in files.
 std::string words(const Refusal& refusal, const calib::Robot& robot);
-/// For programs: "computed", "no_such_tool", ...
+/// For programs, the enumerators' own: "computed", "no_such_tool", ...
 const char* name_of(Why why);
 
 // Of the modules of a program or backup.

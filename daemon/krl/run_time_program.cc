@@ -411,7 +411,7 @@ class Rewriter {
     };
     if (!understood || typed_by_us(src_.text, t, 1) ||
         (target.literal && !axes && !in_tool && turns()))
-      return refuse(Why::kRelative, line, t[0].word);
+      return refuse(Why::kRelativeMotion, line, t[0].word);
     if (refuse_own(line, target.begin, target.end, target.name)) return;
     std::string missing;
     std::vector<std::string> names(axes ? kAxes.begin() : kPlace.begin(),

@@ -289,7 +289,7 @@ TEST(ARefusedModule, KeepsItsPointsAndThoseItShares) {
        module_named("B", "PTP XG\nPTP XB", "DECL E6POS XB=" + taught_at(1) + "\n"),
        module_named("C", "PTP XB2\nPTP XB2", "DECL E6POS XB2=" + taught_at(2) + "\n")},
       "DECL GLOBAL E6POS XG=" + taught_at(3) + "\n");
-  EXPECT_EQ(of(result, "A").refusals.at(0).why, Why::kRelative);
+  EXPECT_EQ(of(result, "A").refusals.at(0).why, Why::kRelativeMotion);
   ASSERT_EQ(of(result, "B").refusals.size(), 1U);
   EXPECT_EQ(of(result, "B").refusals[0].why, Why::kShared);
   EXPECT_NE(why_not(of(result, "B")).find("A.src"), std::string::npos);

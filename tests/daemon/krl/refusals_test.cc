@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "tests/daemon/krl/fixture.h"
 
@@ -52,27 +53,27 @@ TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
       {"changed", f + "XP1.X=XP1.X+10\nLIN XP1\n", p1, Why::kComputed, "p.src", 4},
       {"read", f + "LIN XP1\nXP2=XP1\n", p1, Why::kComputed, "p.src", 5},
       {"handed over", f + "LIN XP1\nSHIFT(XP1)\n", p1, Why::kComputed, "p.src", 5},
-      {"operator", f + "LIN XP1:{X 0,Y 0,Z 50,A 0,B 0,C 0}\n", p1, Why::kOperator, "p.src", 4},
-      {"operator behind a literal", f + "LIN {X 1,Y 0,Z 50,A 0,B 0,C 0}:XP1\n", p1, Why::kOperator,
+      {"operator", f + "LIN XP1:{X 0,Y 0,Z 50,A 0,B 0,C 0}\n", p1, Why::kGeometricOperator, "p.src", 4},
+      {"operator behind a literal", f + "LIN {X 1,Y 0,Z 50,A 0,B 0,C 0}:XP1\n", p1, Why::kGeometricOperator,
        "p.src", 4},
       {"array", f + "LIN PAL[I]\n", "DECL E6POS PAL[9]\n", Why::kArray, "p.src", 4},
       {"function", f + "LIN NEXT(1)\n", p1, Why::kComputed, "p.src", 4},
-      {"relative", f + "LIN_REL {Z 50}\n", p1, Why::kRelative, "p.src", 4},
+      {"relative", f + "LIN_REL {Z 50}\n", p1, Why::kRelativeMotion, "p.src", 4},
       {"partial", f + "LIN {Z 50}\n", "", Why::kPartial, "p.src", 4},
       {"partial axes", f + "PTP {A1 50}\n", "", Why::kPartial, "p.src", 4},
       {"partial axes without A1", f + "PTP {A2 -90,A3 90}\n", "", Why::kPartial, "p.src", 4},
       {"unknown", f + "PTP XP9\n", p1, Why::kUnknownPoint, "p.src", 4},
-      {"twice", f + "PTP XP1\n", p1 + p1, Why::kTwice, "p.dat", 2},
-      {"twice in two lines", f + "PTP XP1\n", "DECL E6POS XP1\n" + twice, Why::kTwice, "p.dat", 3},
-      {"given and set", f + "PTP XP1\n", p1 + "XP1=" + point() + "\n", Why::kTwice, "p.dat", 2},
-      {"a component of it", f + "PTP XP1\n", p1 + "XP1.X=5\n", Why::kTwice, "p.dat", 2},
+      {"twice", f + "PTP XP1\n", p1 + p1, Why::kDeclaredTwice, "p.dat", 2},
+      {"twice in two lines", f + "PTP XP1\n", "DECL E6POS XP1\n" + twice, Why::kDeclaredTwice, "p.dat", 3},
+      {"given and set", f + "PTP XP1\n", p1 + "XP1=" + point() + "\n", Why::kDeclaredTwice, "p.dat", 2},
+      {"a component of it", f + "PTP XP1\n", p1 + "XP1.X=5\n", Why::kDeclaredTwice, "p.dat", 2},
       {"an FDAT given twice otherwise", "FDAT_ACT=F1\nBAS(#FRAMES)\nPTP XP1\n",
-       p1 + "DECL FDAT F1={TOOL_NO 1,BASE_NO 0}\nDECL FDAT F1={TOOL_NO 2,BASE_NO 0}\n", Why::kTwice,
+       p1 + "DECL FDAT F1={TOOL_NO 1,BASE_NO 0}\nDECL FDAT F1={TOOL_NO 2,BASE_NO 0}\n", Why::kDeclaredTwice,
        "p.dat", 3},
       {"a base set twice", "BAS(#TOOL,1)\n$BASE=FB\nPTP XP1\n",
        p1 + "DECL FRAME FB={X 1,Y 0,Z 0,A 0,B 0,C 0}\nFB={X 9,Y 0,Z 0,A 0,B 0,C 0}\n",
        Why::kBaseNotKnown, "p.src", 4},
-      {"given again", f + "XP1=" + point() + "\nPTP XP1\n", p1, Why::kTwice, "p.src", 4},
+      {"given again", f + "XP1=" + point() + "\nPTP XP1\n", p1, Why::kDeclaredTwice, "p.src", 4},
       {"no tool", "BAS(#BASE,0)\nPTP XP1\n", p1, Why::kToolNotKnown, "p.src", 3},
       {"no base", "BAS(#TOOL,1)\nPTP XP1\n", p1, Why::kBaseNotKnown, "p.src", 3},
       {"tool computed", f + "$TOOL=TOOL_DATA[1]:OFFSET\nPTP XP1\n", p1, Why::kToolNotKnown, "p.src",
@@ -196,6 +197,19 @@ TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
       EXPECT_NE(words(r, cell().robot).find(": "), std::string::npos);
     }
   }
+}
+
+TEST(ARefusal, HasTheNameOfItsEnumeratorInFiles) {
+  std::string all;
+  for (const Why why : all_values<Why>()) all += std::string(all.empty() ? "" : " ") + name_of(why);
+  EXPECT_EQ(all,
+            "computed array geometric_operator relative_motion partial not_a_number unknown_point "
+            "declared_twice global imported elsewhere shared tool_not_known base_not_known "
+            "no_such_tool no_such_base load_not_known no_such_load frame_changed "
+            "no_such_frame_data two_frames external_tool external_axes external_base "
+            "no_external_value other_unit other_kinematic outside_touched no_configuration "
+            "posture_not_known other_posture wrong_turn not_reached outside_scope not_verified "
+            "own_position not_restored no_closed_form");
 }
 
 TEST(AFrame, ThatIsUnknownIsSoSinceTheStatement) {
