@@ -55,33 +55,23 @@ bool Findings::refuses(const std::string& file, int line) const {
   });
 }
 
-std::vector<Candidate> of_kind(const ControllerFiles& files, ControllerFileKind kind) {
-  std::vector<Candidate> found;
-  for (const auto& [name, text] : files) {
-    try {
-      if (kind_of(text, name) == kind) found.push_back({name, &text});
-    } catch (const ConfigError&) {
-      // Reported by report_unreadable().
-    }
-  }
-  return found;
-}
-
-void report_unreadable(const ControllerFiles& files, Findings& findings) {
-  for (const auto& [name, text] : files) {
-    try {
-      kind_of(text, name);
+Candidates by_kind(const ControllerFiles& files, Findings& findings) {
+  Candidates all;
+  for (const auto& [name, text] : files) try {
+      all[kind_of(text, name)].push_back({name, &text});
     } catch (const ConfigError& error) {
       findings.unreadable(error);
     }
-  }
+  return all;
 }
 
-const Candidate* choose(const std::vector<Candidate>& candidates, const std::string& name) {
-  for (const Candidate& one : candidates) {
+const Candidate* choose(const Candidates& candidates, ControllerFileKind kind,
+                        const std::string& name) {
+  const auto of_kind = candidates.find(kind);
+  if (of_kind == candidates.end()) return nullptr;
+  for (const Candidate& one : of_kind->second)
     if (wire::same_name(one.name, name)) return &one;
-  }
-  return candidates.size() == 1 ? &candidates.front() : nullptr;
+  return of_kind->second.size() == 1 ? &of_kind->second.front() : nullptr;
 }
 
 std::vector<Placed<std::string>> statements(const std::string& text) {

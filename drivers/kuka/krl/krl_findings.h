@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -37,12 +38,12 @@ struct Candidate {
   std::string name;
   const std::string* text;
 };
-/// All files of that kind; unreadable ones are reported.
-std::vector<Candidate> of_kind(const ControllerFiles& files, ControllerFileKind kind);
-void report_unreadable(const ControllerFiles& files, Findings& findings);
-/// The candidate of this name, case-insensitive, otherwise the only one; nullptr: none or
-/// ambiguous.
-const Candidate* choose(const std::vector<Candidate>& candidates, const std::string& name);
+using Candidates = std::map<ControllerFileKind, std::vector<Candidate>>;
+/// Unreadable files are reported.
+Candidates by_kind(const ControllerFiles& files, Findings& findings);
+/// The one of this kind and name, case-insensitive, otherwise the only one of the kind; nullptr: none or ambiguous.
+const Candidate* choose(const Candidates& candidates, ControllerFileKind kind,
+                        const std::string& name);
 
 /// Removes from a statement of that sub-program what other checks compare.
 using LeaveOut = void (*)(const std::string& scope, std::string& statement);

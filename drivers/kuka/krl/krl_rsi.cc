@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "drivers/error.h"
-#include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/krl/krl_rsi_parts.h"
 #include "drivers/kuka/wire/xml_values.h"
 
@@ -26,101 +25,101 @@ std::string name_of(const RsiFilesConfig& c, int i) {
                     : fmt::format("A{}", i + 1);
 }
 
-/// One line per value: {0} from 1 to 6, {1} its index in a list that starts at `first`, {2} its
-/// name.
-std::string per_value(const RsiFilesConfig& c, std::string_view form, int first) {
-  std::string text;
-  for (int i = 0; i < kRsiAxes; ++i) {
-    if (i > 0) text += '\n';
-    text += fmt::format(fmt::runtime(form), i + 1, first + i, name_of(c, i));
-  }
-  return text;
+/// A number of the context by its name, with its numbers in RSI 3 and from RSI 4 on.
+krl::Places parameter(const std::string& name, int id3, int id4, const std::string& value) {
+  return {
+      {"NAME", name}, {"ID3", fmt::to_string(id3)}, {"ID4", fmt::to_string(id4)}, {"VALUE", value}};
 }
 
 /// RSI 3 numbers from 1 and reserves six numbers for the external axes; RSI 4 continues from 0. In
 /// space only the shift has limits of its own.
-std::string limits(const RsiFilesConfig& c, const std::string& form, int from) {
+std::vector<krl::Places> limits(const RsiFilesConfig& c) {
   const double limit = c.space.on ? c.space.limit_mm : c.correction_limit_deg;
   const int count = c.space.on ? 3 : kRsiAxes;
-  const int upper_from = from + (c.space.on ? 3 : from == 1 ? 2 * kRsiAxes : kRsiAxes);
-  std::string text;
-  for (const bool upper : {false, true}) {
+  std::vector<krl::Places> all;
+  for (const bool upper : {false, true})
+    for (int i = 0; i < count; ++i)
+      all.push_back(parameter((upper ? "UpperLim" : "LowerLim") + name_of(c, i),
+                              1 + i + (upper ? c.space.on ? 3 : 2 * kRsiAxes : 0),
+                              i + (upper ? count : 0), decimal(upper ? limit : -limit)));
+  return all;
+}
+
+std::vector<krl::Places> monitor(const RsiFilesConfig& c) {
+  std::vector<krl::Places> all;
+  for (int k = 0; k < 2 * kRsiAxes; ++k) {
+    const bool own = k < kRsiAxes;
+    const auto axis = static_cast<std::size_t>(k % kRsiAxes);
+    // The object's default for external axes that are not driven.
+    const std::string most = own                        ? decimal(c.correction_limit_deg)
+                             : axis < c.external.size() ? decimal(travel_limit(c.external[axis]))
+                                                        : "6.0";
+    all.push_back(parameter(fmt::format("{}{}", own ? "MaxA" : "MaxE", axis + 1), k + 1, k, most));
+  }
+  return all;
+}
+
+/// RSI 3 numbers the inputs and limits of AXISCORREXT after those of AXISCORR, RSI 4 from 0.
+void add_travel(const RsiFilesConfig& c, krl::Lists& lists) {
+  constexpr int kFirst3 = 7, kUpper3 = 19, kUpper4 = 6;
+  const int count = static_cast<int>(c.external.size());
+  std::vector<krl::Places>&corrected = lists["TRAVEL"], &limits = lists["TRAVEL_LIMIT"];
+  for (int i = 0; i < count; ++i)
+    corrected.push_back({{"N", fmt::to_string(i + 1)},
+                         {"INDEX", fmt::to_string(i)},
+                         {"TAG", krl::travel_tag(c, static_cast<std::size_t>(i))},
+                         {"INPUT", fmt::to_string(kFirst3 + i)},
+                         {"CHANNEL", fmt::to_string(krl::kTravelChannel + i)},
+                         {"OUTPUT", fmt::to_string(krl::kTravelChannel - 1 + i)},
+                         {"SIGNAL", krl::signal_of(c, krl::kTravelChannel + i)}});
+  for (const bool upper : {false, true})
     for (int i = 0; i < count; ++i) {
-      if (!text.empty()) text += '\n';
-      text += fmt::format(fmt::runtime(form), upper ? "UpperLim" : "LowerLim", name_of(c, i),
-                          (upper ? upper_from : from) + i, decimal(upper ? limit : -limit));
+      const double limit = travel_limit(c.external[static_cast<std::size_t>(i)]);
+      limits.push_back(parameter(fmt::format("{}LimE{}", upper ? "Upper" : "Lower", i + 1),
+                                 (upper ? kUpper3 : kFirst3) + i, (upper ? kUpper4 : 0) + i,
+                                 decimal(upper ? limit : -limit)));
     }
-  }
-  return text;
+  lists["ANY_TRAVEL"] = krl::once_if(count > 0);
 }
 
-std::string monitor(const RsiFilesConfig& c, const std::string& form, int from) {
-  std::string text;
-  for (int i = 0; i < kRsiAxes; ++i) {
-    if (i > 0) text += '\n';
-    text +=
-        fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, decimal(c.correction_limit_deg));
-  }
-  // The object's default for external axes that are not driven.
-  for (int i = 0; i < kRsiAxes; ++i) {
-    const auto axis = static_cast<std::size_t>(i);
-    text += '\n' +
-            fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kRsiAxes + i,
-                        axis < c.external.size() ? decimal(travel_limit(c.external[axis])) : "6.0");
-  }
-  return text;
-}
-
-/// The template of a part, to be inserted into a whole file.
-std::string part(const std::string& name, const krl::Places& places) {
-  std::string text = krl::fill(krl::template_text(name), places);
-  std::erase(text, '\r');
-  if (!text.empty()) text.pop_back();
-  return text;
+/// CC_LOW and CC_HIGH of an axis: by its greatest correction, its switches and its range.
+krl::Places fence_end(const std::string& ending, double limit, const char* limit_key) {
+  return {{"OF_AXIS", ending}, {"CORRECTION_LIMIT", decimal(limit)}, {"LIMIT_KEY", limit_key}};
 }
 
 /// The narrower limits set by the program at each start; the program ends if that fails.
-constexpr const char* kFenceCall =
-    R"(  ;narrower limits than the context's, which are the same for all axes and on both sides
-  IF CC_FENCE({})==FALSE THEN
-    ;the arm is beyond one of the limits, or RSI has refused one
-    LOOP
-      HALT
-    ENDLOOP
-  ENDIF)";
-
-/// RSI 6 requires activation of a loaded context.
-constexpr const char* kActivate =
-    R"(  RET=RSI_ACTIVATE("cellcal_rsi")
-  IF RET<>RSIOK THEN
-    LOOP
-      HALT
-    ENDLOOP
-  ENDIF)";
-
-/// CC_LOW and CC_HIGH: the limits of an axis by its greatest correction, its switches and its range.
-std::string fence_ends(krl::Places places, const std::string& ending, double limit,
-                       const char* limit_key) {
-  places["OF_AXIS"] = ending;
-  places["CORRECTION_LIMIT"] = decimal(limit);
-  places["LIMIT_KEY"] = limit_key;
-  return '\n' + part("fence_ends.src.in", places);
+void add_fence(const RsiFilesConfig& c, krl::Lists& lists) {
+  lists["FENCED"] = krl::once_if(!c.space.on);
+  std::vector<krl::Places>&limits = lists["FENCE_LIMIT"], &ends = lists["FENCE_END"];
+  for (const krl::FenceLimit& one : krl::fence_limits(c))
+    limits.push_back({{"VALUE", one.value},
+                      {"OBJECT", one.object},
+                      {"PARAMETER", one.parameter},
+                      {"SIGN", one.lower ? "<=" : ">="}});
+  ends.push_back(fence_end("", c.correction_limit_deg, "correction_limit_deg"));
+  for (std::size_t i = 0; i < c.external.size(); ++i)
+    ends.push_back(fence_end(
+        krl::travel_fence(i), travel_limit(c.external[i]),
+        c.external[i].linear ? "the linear unit's stroke" : "the range of the positioner's axis"));
 }
 
-void add_fence(const RsiFilesConfig& c, krl::Places& places) {
-  const bool six = c.rsi_version == 6;
-  places["FENCE_CALL"] = c.space.on ? "" : fmt::format(kFenceCall, six ? " " : "CONTID");
-  places["FENCE_PARAMETER"] = six ? " " : "CONTID :IN ";
-  places["FENCE_NUMBER"] = six ? "" : "  DECL INT CONTID";
-  places["FENCE_AXES"] = krl::fence_axes(c);
-  places["FENCE"] =
-      c.space.on ? ""
-                 : part("fence.src.in", places) +
-                       fence_ends(places, "", c.correction_limit_deg, "correction_limit_deg");
-  for (std::size_t i = 0; i < c.external.size(); ++i)
-    places["FENCE"] += fence_ends(
-        places, krl::travel_fence(i), travel_limit(c.external[i]),
-        c.external[i].linear ? "the linear unit's stroke" : "the range of the positioner's axis");
+krl::Lists lists_of(const RsiFilesConfig& c) {
+  krl::Lists lists = {{"LIMIT", limits(c)},
+                      {"MONITOR", monitor(c)},
+                      {"ANY_EXTERNAL", krl::once_if(c.external_axes > 0)},
+                      {"BEFORE_6", krl::once_if(c.rsi_version != 6)},
+                      // RSI 6 requires activation of a loaded context.
+                      {"FROM_6", krl::once_if(c.rsi_version == 6)}};
+  for (int i = 0; i < kRsiAxes; ++i)
+    lists["VALUE"].push_back({{"N", fmt::to_string(i + 1)},
+                              {"INDEX", fmt::to_string(i)},
+                              {"NAME", name_of(c, i)},
+                              {"SIGNAL", krl::signal_of(c, i + 1)}});
+  add_travel(c, lists);
+  add_fence(c, lists);
+  lists["STATE"] = krl::state_places(c);
+  lists["ANY_STATE"] = krl::once_if(!lists["STATE"].empty());
+  return lists;
 }
 
 /// Names of RSI's calls, and destination of its files.
@@ -132,21 +131,23 @@ void add_release(const RsiFilesConfig& c, krl::Places& places) {
       {"RSI_MODE", (six ? "RSI_PROCESS_ON(" : "RSI_ON(") + mode + ")"},
       {"RSI_ON", six ? "RSI_PROCESS_ON(" + mode + ")" : "RSI_ON(" + mode + ",#IPO_FAST)"},
       {"RSI_OFF", six ? "RSI_PROCESS_OFF()" : "RSI_OFF()"},
-      {"CONTEXT_NUMBER", six ? "" : "DECL INT CONTID"},
-      {"RSI_RESET", six ? "" : "  ;contexts left by an earlier run\n  RET=RSI_RESET()"},
       {"RSI_LOAD",
        fmt::format(fmt::runtime(six ? "RSI_LOAD(\"{}\")" : "RSI_CREATE(\"{}\",CONTID,TRUE)"),
                    context)},
-      {"RSI_ACTIVATE", six ? kActivate : ""},
-      {"RSI_DELETE", six ? "" : "  RET=RSI_DELETE(CONTID)"},
       {"RSI_PLACE", six ? "Ethernet configurations of iiQKA.RobotSensorInterface (iiQWorks.Sim)"
                         : R"(C:\KRC\ROBOTER\Config\User\Common\SensorInterface)"},
       {"RSI4_RELEASES", six ? "RSI 6 (iiQKA.OS2)" : "RSI 4 and 5 (KSS 8.5 and on)"},
-      {"STOP_SIGNAL", six ? " SignalName=\"Ethernet_1|Out7\"" : ""}};
+      {"STOP_SIGNAL", krl::signal_of(c, 7)},
+      {"FIXED", six ? "IsRuntime=\"false\" " : ""},
+      {"FENCE_ARGUMENT", six ? " " : "CONTID"},
+      {"FENCE_PARAMETER", six ? " " : "CONTID :IN "},
+      {"FENCE_NUMBER", six ? "" : "  DECL INT CONTID"},
+      {"SET_LIMIT", six ? "RSI_SetParameter(\"cellcal_rsi\"" : "RSI_SetPublicPar(CONTID"}};
   for (const auto& [name, text] : pairs) places[name] = text;
 }
 
-void add_correction(const RsiFilesConfig& c, krl::Places& places) {
+/// Parts that are of one correction, or of the fence, alone.
+void add_parts(const RsiFilesConfig& c, const krl::Lists& lists, krl::Places& places) {
   constexpr std::pair<const char*, const char*> kFrames[] = {
       {"1", "Base"}, {"2", "RobRoot"}, {"3", "Tool"}};
   const auto& [number, name] = kFrames[static_cast<std::size_t>(c.space.frame)];
@@ -155,88 +156,33 @@ void add_correction(const RsiFilesConfig& c, krl::Places& places) {
   places["SHIFT_LIMIT"] = decimal(c.space.limit_mm);
   places["TURN_LIMIT"] = decimal(c.space.turn_limit_deg);
   const std::string kind = c.space.on ? "space" : "axes";
-  places["RSI3_CORRECTION"] = part(kind + ".rsi.xml.in", places);
-  places["RSI4_CORRECTION"] = part(kind + ".rsix.in", places);
-  places["MODEL_CORRECTION"] = part(kind + ".rsi.in", places);
+  places["RSI3_CORRECTION"] = krl::part(kind + ".rsi.xml.in", places, lists);
+  places["RSI4_CORRECTION"] = krl::part(kind + ".rsix.in", places, lists);
+  places["MODEL_CORRECTION"] = krl::part(kind + ".rsi.in", places, lists);
+  places["FENCE"] = c.space.on ? "" : krl::part("fence.src.in", places, lists);
 }
 
-/// For limits: {0}{1} their name, {2} their number, {3} their value.
-std::string context_parameter(bool three, const char* attributes) {
-  return fmt::format("{}<Parameter {}Name=\"{{}}{{}}\" {}=\"{{}}\" ParamValue=\"{{}}\"/>",
-                     three ? "      " : "        ", attributes, three ? "ParamID" : "ParamId");
-}
-std::string model_parameter(const char* least, const char* attributes) {
-  return fmt::format(
-      "        <rSIParameter name=\"{{0}}{{1}}\" value=\"{{3}}\" paramType=\"System.Double\" "
-      "minVal=\"{}\" maxVal=\"2147483647\" isEnum=\"false\" {}index=\"{{2}}\" />",
-      least, attributes);
-}
-
-/// The fence sets the limits of the axes from the program, which requires them to be public.
-void add_limits(const RsiFilesConfig& c, krl::Places& places) {
-  const char* const open = c.space.on ? "" : "IsPublic=\"true\" ";
-  const char* const open_model = c.space.on ? "" : "isPublic=\"true\" ";
-  const char* const fixed = c.rsi_version == 6 ? "IsRuntime=\"false\" " : "";
-  places["FIXED"] = fixed;
-  places["RSI3_LIMITS"] = limits(c, context_parameter(true, open), 1);
-  places["RSI4_LIMITS"] = limits(c, context_parameter(false, open), 0);
-  places["RSI3_MONITOR"] = monitor(c, context_parameter(true, ""), 1);
-  places["RSI4_MONITOR"] = monitor(c, context_parameter(false, fixed), 0);
-  places["MODEL_LIMITS"] = limits(c, model_parameter("-2147483648", open_model), 1);
-  places["MODEL_MONITOR"] = monitor(c, model_parameter("0", ""), 1);
-}
-
-krl::Places places_of(const RsiFilesConfig& c) {
-  const auto number_or = [](const char* array, int number, const char* otherwise) {
-    return number == 0 ? std::string(otherwise) : fmt::format("{}[{}]", array, number);
-  };
+krl::Places places_of(const RsiFilesConfig& c, const krl::Lists& lists) {
   const bool absolute = c.mode == CorrectionMode::kAbsolute;
-  const std::string hold_on = absolute ? "1" : "0";
   krl::Places places{
       {"VERSION", krl::release()},
-      {"HOLD_ON", hold_on},
+      {"HOLD_ON", absolute ? "1" : "0"},
       {"LATE_REPLY", absolute ? "makes the arm hold" : "is a step that is lost, not one repeated"},
       {"PC_ADDRESS", c.pc_address},
       {"RSI_PORT", fmt::to_string(c.port)},
       {"SENTYPE", c.sentype},
       {"STOP_TAG", c.stop_tag},
-      {"RSI_AXES", per_value(c,
-                             "      <ELEMENT TAG=\"" + (c.space.on ? c.space.tag : c.axis_tag) +
-                                 ".{2}\" TYPE=\"DOUBLE\" INDX=\"{0}\" HOLDON=\"" + hold_on + "\"/>",
-                             1)},
+      {"VALUE_TAG", c.space.on ? c.space.tag : c.axis_tag},
       {"RSI_TIMEOUT", fmt::to_string(c.timeout_cycles)},
       {"ALIVE_FLAG", fmt::to_string(c.flag)},
-      {"RSI3_INPUTS",
-       per_value(c, "      <Input InIdx=\"{0}\" OutObjID=\"ETHERNET1\" OutIdx=\"{0}\"/>", 1)},
-      {"RSI4_INPUTS",
-       per_value(
-           c,
-           std::string("        <Input InIdx=\"{1}\" OutObjId=\"Ethernet_1\" OutIdx=\"{1}\"") +
-               (c.rsi_version == 6 ? " SignalName=\"Ethernet_1|Out{0}\"/>" : "/>"),
-           0)},
-      {"MODEL_CHANNELS", per_value(c, "        <rSIOutPort name=\"Out{0}\" />", 1) +
-                             "\n        <rSIOutPort name=\"Out7\" />"},
-      {"MODEL_INPUTS",
-       per_value(c,
-                 "        <rSIInPort name=\"Corr{2}\" mandatory=\"false\">\n          <source>\n"
-                 "            <rSIOutPortMoniker name=\"//ETHERNET1/Out{0}\" />\n"
-                 "          </source>\n        </rSIInPort>",
-                 1)},
-      {"MODEL_AXES", per_value(c, "        <rSIOutPort name=\"A{0}\" />", 1)},
-      {"MODEL_FRAME", per_value(c, "        <rSIOutPort name=\"{2}\" />", 1)},
-      {"MODEL_EXTERNAL", per_value(c, "        <rSIOutPort name=\"E{0}\" />", 1)},
-      {"TOOL_VALUE", number_or("TOOL_DATA", c.tool, "$NULLFRAME")},
-      {"BASE_VALUE", number_or("BASE_DATA", c.base, "$NULLFRAME")},
-      {"LOAD_VALUE",
-       number_or("LOAD_DATA", c.load,
-                 "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
+      // The editor draws one unconnected port.
+      {"FREE_CHANNEL", fmt::to_string(lists.at("STATE").size() + 1)},
+      {"TOOL_VALUE", krl::frame_value("TOOL_DATA", c.tool)},
+      {"BASE_VALUE", krl::frame_value("BASE_DATA", c.base)},
+      {"LOAD_VALUE", krl::load_value(c.load)},
   };
-  add_limits(c, places);
   add_release(c, places);
-  add_correction(c, places);
-  krl::add_travel(c, places);
-  add_fence(c, places);
-  krl::add_state(c, places);
+  add_parts(c, lists, places);
   return places;
 }
 
@@ -258,13 +204,6 @@ void check_sent_name(const char* key, const std::string& name) {
   const std::size_t dot = name.find('.');
   check_name(key, name.substr(0, dot));
   if (dot != std::string::npos) check_name(key, name.substr(dot + 1));
-}
-
-void check_number(const char* key, double value, double low, double high) {
-  if (!(value >= low && value <= high)) {
-    throw ConfigError(
-        fmt::format("controller files: {} = {} is outside {}..{}", key, value, low, high));
-  }
 }
 
 }  // namespace
@@ -308,41 +247,42 @@ void RsiFilesConfig::validate() const {
   check_sent_name("mode_tag", mode_tag);
   check_sent_name("override_tag", override_tag);
   check_sent_name("contact_tag", contact_tag);
-  check_number("input", input, 1, 8192);
+  krl::check_range("input", input, 1, 8192);
   if (space.on) {
     check_name("cart_tag", space.tag);
-    check_number("correction_limit_mm", space.limit_mm, 1.0, 5000.0);
-    check_number("correction_turn_limit_deg", space.turn_limit_deg, 0.1, 180.0);
+    krl::check_range("correction_limit_mm", space.limit_mm, 1.0, 5000.0);
+    krl::check_range("correction_turn_limit_deg", space.turn_limit_deg, 0.1, 180.0);
     if (mode == CorrectionMode::kRelative) {
       throw ConfigError(
           "controller files: correction = \"space\" is not possible with mode RELATIVE. Use "
           "mode = \"absolute\"");
     }
   }
-  check_number("external_axes", external_axes, static_cast<double>(external.size()), 6);
+  krl::check_range("external_axes", external_axes, static_cast<double>(external.size()), 6);
   for (std::size_t i = 0; i < external.size(); ++i)
-    check_number(fmt::format("E{}'s range", i + 1).c_str(), travel_limit(external[i]), 1.0,
-                 200'000.0);
+    krl::check_range(fmt::format("E{}'s range", i + 1).c_str(), travel_limit(external[i]), 1.0,
+                     200'000.0);
   if (!external.empty() && space.on)
     throw ConfigError(
         "controller files: correction = \"space\" drives six axes, and neither a linear unit nor a "
         "positioner. Use correction = \"axes\"");
-  check_number("port", port, 1, 65535);
-  check_number("timeout_cycles", timeout_cycles, 1, 1000);
-  check_number("flag", flag, 1, 999);
-  check_number("correction_limit_deg", correction_limit_deg, 0.1, 360.0);
+  krl::check_range("port", port, 1, 65535);
+  krl::check_range("timeout_cycles", timeout_cycles, 1, 1000);
+  krl::check_range("flag", flag, 1, 999);
+  krl::check_range("correction_limit_deg", correction_limit_deg, 0.1, 360.0);
   if (!ranges_deg.empty() && ranges_deg.size() < static_cast<std::size_t>(kRsiAxes)) {
     throw ConfigError(
         fmt::format("controller files: ranges of {} axes, RSI corrects six", ranges_deg.size()));
   }
-  check_number("tool", tool, 0, 128);
-  check_number("base", base, 0, 128);
-  check_number("load", load, 0, 128);
+  krl::check_range("tool", tool, 0, 128);
+  krl::check_range("base", base, 0, 128);
+  krl::check_range("load", load, 0, 128);
 }
 
 ControllerFiles rsi_files(const RsiFilesConfig& config) {
   config.validate();
-  const krl::Places places = places_of(config);
+  const krl::Lists lists = lists_of(config);
+  const krl::Places places = places_of(config, lists);
   ControllerFiles files;
   std::vector<std::string> names{"cellcal_rsi.src", "cellcal_rsi_ethernet.xml"};
   if (config.rsi_version == 3) {
@@ -352,7 +292,7 @@ ControllerFiles rsi_files(const RsiFilesConfig& config) {
     names.emplace_back("cellcal_rsi.rsix");
   }
   for (const std::string& name : names) {
-    files[name] = krl::fill(krl::template_text(name + ".in"), places);
+    files[name] = krl::fill(krl::template_text(name + ".in"), places, lists);
   }
   return files;
 }

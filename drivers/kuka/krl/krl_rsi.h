@@ -29,12 +29,10 @@ struct RsiSet {
   Findings& findings;
   const RsiChannelFile& channel;
 
-  const RsiElement* received(const std::string& tag) const {
-    for (const RsiElement& one : channel.receive) {
-      if (one.tag == tag) return &one;
-    }
-    return nullptr;
-  }
+  const RsiElement* received(const std::string& tag) const;
+  const RsiElement* sent(const std::string& tag) const;  ///< case-insensitive
+  /// Refuses a SEND element that RSI fills itself and is missing, or on a channel.
+  void check_internal(const char* tag) const;
   /// RECEIVE tag of the correction's value `i`, from 1: "AK.A1", or "RKorr.X" in space.
   std::string tag(int i) const {
     if (!config.space.on) return fmt::format("{}.A{}", config.axis_tag, i);
@@ -55,6 +53,18 @@ ParameterValue value_of(const RsiSet& set, const RsiContextFile& file, const Rsi
 /// element.
 void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& object, int input,
                 const std::string& ethernet, const std::string& tag);
+
+/// Least bound of an object's number, in the direction of `sign`, by a key of [rsi].
+struct Bound {
+  std::string parameter;
+  const char *key, *unit;
+  double limit, usual, sign;
+  const char* then;  ///< below it
+};
+inline constexpr const char* kClamped = "moves would be silently clamped";
+inline constexpr const char* kStopped = "RSI would stop with KSS29000";
+void check_bound(const RsiSet& set, const RsiContextFile& file, const RsiObject& object,
+                 const Bound& bound);
 
 /// HOLDON of a correction has to match the mode.
 void check_hold(const RsiSet& set, const RsiElement& one);

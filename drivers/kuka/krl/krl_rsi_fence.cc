@@ -65,20 +65,6 @@ std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config) {
   return limits;
 }
 
-std::string fence_axes(const RsiFilesConfig& config) {
-  std::string text;
-  for (const FenceLimit& one : fence_limits(config)) {
-    if (!text.empty()) text += '\n';
-    text += fmt::format(
-        "  LIMIT={}\n  RET={},\"{}\",\"{}\",LIMIT)\n"
-        "  OK=OK AND (RET==RSIOK) AND (LIMIT{}0.0)",
-        one.value,
-        config.rsi_version == 6 ? "RSI_SetParameter(\"cellcal_rsi\"" : "RSI_SetPublicPar(CONTID",
-        one.object, one.parameter, one.lower ? "<=" : ">=");
-  }
-  return text;
-}
-
 void check_public(const ControllerFiles& files, const RsiContextFile& context,
                   const RsiFilesConfig& config, Findings& findings) {
   const RsiObject *arm = context.only("AXISCORR"), *external = context.only("AXISCORREXT");

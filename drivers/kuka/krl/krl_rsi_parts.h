@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/krl/krl_findings.h"
 #include "drivers/kuka/krl/krl_rsi.h"
+#include "drivers/kuka/krl/krl_template.h"
 
 namespace cellcal::drivers::krl {
 
@@ -28,10 +28,6 @@ const char* travel_corrector(const RsiFilesConfig& config);
 /// RECEIVE tag of the correction of an external axis: "EK.E1" of the first.
 std::string travel_tag(const RsiFilesConfig& config, std::size_t axis);
 
-/// Elements of the channel, AXISCORREXT of contexts and model; empty where no external axis is corrected, or
-/// there is none.
-void add_travel(const RsiFilesConfig& config, Places& places);
-
 /// Elements of external axes in the channel, and in the context AXISCORREXT with wiring, limits and
 /// monitor. `context`: null if unreadable.
 void check_travel(const RsiSet& set, const RsiContextFile* context);
@@ -50,9 +46,6 @@ struct FenceLimit {
 /// Ending of the functions for an external axis, in its unit: "_E1" of the first.
 std::string travel_fence(std::size_t axis);
 std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config);
-
-/// Body of CC_FENCE, which sets them.
-std::string fence_axes(const RsiFilesConfig& config);
 
 /// Limits set by a program have to be public in the context.
 void check_public(const ControllerFiles& files, const RsiContextFile& context,
@@ -88,7 +81,13 @@ std::vector<RsiStateSource> state_sources(const RsiFilesConfig& config);
 /// Name of the object in the context: "STATUS1" in RSI 3, "Status_1" in RSI 4.
 std::string object_id(const RsiStateSource& source, int rsi_version);
 
-void add_state(const RsiFilesConfig& config, Places& places);
+/// Of each source, for the templates.
+std::vector<Places> state_places(const RsiFilesConfig& config);
+/// Of RSI 6: attribute of an input that comes from an output.
+std::string signal_of(const RsiFilesConfig& config, const std::string& object,
+                      const std::string& output);
+/// From ETHERNET's.
+std::string signal_of(const RsiFilesConfig& config, int channel);
 /// Checks element and wiring. A missing value is a warning: such sets keep working, with unknown
 /// mode and override.
 void check_state(const RsiSet& set, const RsiContextFile* context);

@@ -87,55 +87,42 @@ std::string object_id(const RsiStateSource& source, int rsi_version) {
   return rsi_version == 3 ? fmt::format("{}1", source.rsi3) : fmt::format("{}_1", source.rsi4);
 }
 
-void add_state(const RsiFilesConfig& config, Places& places) {
-  std::string elements, inputs3, inputs4, objects3, objects4, ports, model;
-  int channel = 0;
+std::string signal_of(const RsiFilesConfig& config, const std::string& object,
+                      const std::string& output) {
+  return config.rsi_version == 6 ? fmt::format(" SignalName=\"{}|{}\"", object, output) : "";
+}
+
+std::string signal_of(const RsiFilesConfig& config, int channel) {
+  return signal_of(config, "Ethernet_1", fmt::format("Out{}", channel));
+}
+
+std::vector<Places> state_places(const RsiFilesConfig& config) {
+  std::vector<Places> all;
   for (const RsiStateSource& one : state_sources(config)) {
-    ++channel;
-    const std::string id3 = object_id(one, 3), id4 = object_id(one, 4);
-    elements += fmt::format("\n      <ELEMENT TAG=\"{}\" TYPE=\"{}\" INDX=\"{}\"/>", one.tag,
-                            one.type, channel);
-    inputs3 += fmt::format("\n      <Input InIdx=\"{}\" OutObjID=\"{}\" OutIdx=\"1\"/>", channel, id3);
-    inputs4 += fmt::format(
-        "\n        <Input InIdx=\"{}\" OutObjId=\"{}\" OutIdx=\"0\"{}/>", channel - 1, id4,
-        config.rsi_version == 6 ? fmt::format(" SignalName=\"{}|{}\"", id4, one.output) : "");
-    objects3 += fmt::format("\n  <RSIObject ObjType=\"{}\" ObjTypeID=\"{}\" ObjID=\"{}\"", one.rsi3,
-                            one.type_id, id3);
-    objects3 += parameters(one, "  ", "ParamID", 1, "RSIObject");
-    objects4 += fmt::format("\n    <RsiObject ObjTypeId=\"{}\" ObjType=\"{}\" ObjId=\"{}\"",
-                            one.type_id, one.rsi4, id4);
-    objects4 += parameters(one, "    ", "ParamId", 0, "RsiObject");
-    ports += fmt::format(
-        "        <rSIInPort name=\"In{}\" mandatory=\"false\">\n          <source>\n"
-        "            <rSIOutPortMoniker name=\"//{}/{}\" />\n          </source>\n"
-        "        </rSIInPort>\n",
-        channel, id3, one.output);
-    model += fmt::format(
-        "\n    <rSIElement name=\"{}\" objType=\"{}\" objTypeID=\"{}\" maxInputs=\"0\" "
-        "maxOutputs=\"0\">\n      <rSIOutPorts>\n        <rSIOutPort name=\"{}\" "
-        "signalType=\"{}\" />\n      </rSIOutPorts>{}\n    </rSIElement>",
-        id3, one.rsi3, one.type_id, one.output, one.signal, model_parameters(one));
+    const std::string id4 = object_id(one, 4);
+    all.push_back({{"TAG", one.tag},
+                   {"TYPE", one.type},
+                   {"INDEX", fmt::to_string(all.size())},
+                   {"CHANNEL", fmt::to_string(all.size() + 1)},
+                   {"ID3", object_id(one, 3)},
+                   {"ID4", id4},
+                   {"TYPE3", one.rsi3},
+                   {"TYPE4", one.rsi4},
+                   {"TYPE_ID", fmt::to_string(one.type_id)},
+                   {"OUTPUT", one.output},
+                   {"SIGNAL", signal_of(config, id4, one.output)},
+                   {"SIGNAL_TYPE", one.signal},
+                   {"PARAMETERS3", parameters(one, "  ", "ParamID", 1, "RSIObject")},
+                   {"PARAMETERS4", parameters(one, "    ", "ParamId", 0, "RsiObject")},
+                   {"MODEL_PARAMETERS", model_parameters(one)}});
   }
-  const auto list = [](const std::string& inputs, const char* indent) {
-    return inputs.empty() ? "" : fmt::format("\n{0}<Inputs>{1}\n{0}</Inputs>", indent, inputs);
-  };
-  places["STATE_ELEMENTS"] = elements;
-  places["RSI3_STATE_INPUTS"] = list(inputs3, "    ");
-  places["RSI4_STATE_INPUTS"] = list(inputs4, "      ");
-  places["RSI3_STATE"] = objects3;
-  places["RSI4_STATE"] = objects4;
-  // The editor draws one unconnected port.
-  places["MODEL_STATE_PORTS"] =
-      ports + fmt::format("        <rSIInPort name=\"In{}\" mandatory=\"false\" />", channel + 1);
-  places["MODEL_STATE"] = model;
+  return all;
 }
 
 void check_state(const RsiSet& set, const RsiContextFile* context) {
   for (const RsiStateSource& source : state_sources(set.config)) {
-    const auto sent =
-        std::find_if(set.channel.send.begin(), set.channel.send.end(),
-                     [&](const RsiElement& one) { return wire::same_name(one.tag, source.tag); });
-    if (sent == set.channel.send.end()) {
+    const RsiElement* sent = set.sent(source.tag);
+    if (sent == nullptr) {
       set.findings.warn(set.channel.name, 0,
                         "SEND: {} is missing: {} stays unknown. Install the set anew, or set [rsi] "
                         "{} = \"\"",

@@ -16,6 +16,7 @@ constexpr double kDefaultPrecision = 1, kDefaultTimeout = 10, kDefaultClampDeg =
                  kDefaultMonitorDeg = 6;
 constexpr int kExitMoveCorr = 4;
 constexpr double kRounding = 1e-9;
+constexpr const char* kLimitKey = "correction_limit_deg";
 
 void check_ethernet(const RsiSet& set, const RsiContextFile& file, const RsiObject& ethernet) {
   const ParameterValue precision = value_of(set, file, ethernet, "Precision", kDefaultPrecision);
@@ -34,20 +35,11 @@ void check_ethernet(const RsiSet& set, const RsiContextFile& file, const RsiObje
 
 void check_limits(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector) {
   const double limit = set.config.correction_limit_deg;
-  for (int i = 1; i <= kContextAxes; ++i) {
-    const ParameterValue low =
-        value_of(set, file, corrector, fmt::format("LowerLimA{}", i), -kDefaultClampDeg);
-    const ParameterValue high =
-        value_of(set, file, corrector, fmt::format("UpperLimA{}", i), kDefaultClampDeg);
-    for (const auto& [what, have] : {std::pair{"LowerLimA", low}, std::pair{"UpperLimA", high}}) {
-      const double reach = what[0] == 'L' ? -have.value : have.value;
-      if (reach >= limit - kRounding) continue;
-      set.findings.refuse(file.name, have.line,
-                          "{}{} of {} is {} deg, [rsi] correction_limit_deg is {}: moves would "
-                          "be silently clamped. Raise the one or lower the other",
-                          what, i, corrector.id, have.value, limit);
-    }
-  }
+  for (int i = 1; i <= kContextAxes; ++i)
+    for (const double sign : {-1.0, 1.0})
+      check_bound(set, file, corrector,
+                  {fmt::format("{}LimA{}", sign < 0.0 ? "Lower" : "Upper", i), kLimitKey, "deg",
+                   limit, kDefaultClampDeg, sign, kClamped});
 }
 
 void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObject* monitor) {
@@ -66,15 +58,10 @@ void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObjec
     }
     return;
   }
-  for (int i = 1; i <= kContextAxes; ++i) {
-    const ParameterValue most =
-        value_of(set, file, *monitor, fmt::format("MaxA{}", i), kDefaultMonitorDeg);
-    if (most.value >= limit - kRounding) continue;
-    set.findings.refuse(file.name, most.line,
-                        "MaxA{} of {} is {} deg, [rsi] correction_limit_deg is {}: RSI would stop "
-                        "with KSS29000. Raise the one or lower the other",
-                        i, monitor->id, most.value, limit);
-  }
+  for (int i = 1; i <= kContextAxes; ++i)
+    check_bound(
+        set, file, *monitor,
+        {fmt::format("MaxA{}", i), kLimitKey, "deg", limit, kDefaultMonitorDeg, 1.0, kStopped});
 }
 
 void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* stop,
@@ -131,6 +118,17 @@ ParameterValue value_of(const RsiSet& set, const RsiContextFile& file, const Rsi
     set.findings.refuse(file.name, found->line, "{} of {} is not a number", name, object.id);
   }
   return value;
+}
+
+void check_bound(const RsiSet& set, const RsiContextFile& file, const RsiObject& object,
+                 const Bound& bound) {
+  const ParameterValue have =
+      value_of(set, file, object, bound.parameter, bound.sign * bound.usual);
+  if (bound.sign * have.value >= bound.limit - kRounding) return;
+  set.findings.refuse(file.name, have.line,
+                      "{} of {} is {} {}, [rsi] {} is {}: {}. Raise the one or lower the other",
+                      bound.parameter, object.id, have.value, bound.unit, bound.key, bound.limit,
+                      bound.then);
 }
 
 void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& object, int input,

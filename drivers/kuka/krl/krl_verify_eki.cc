@@ -80,9 +80,8 @@ std::vector<FileFinding> verify_eki_files(const ControllerFiles& files,
                                           const EkiFilesConfig& config) {
   const ControllerFiles expected = eki_files(config);
   krl::Findings findings;
-  krl::report_unreadable(files, findings);
-  const auto channels = krl::of_kind(files, ControllerFileKind::kEkiChannel);
-  const krl::Candidate* channel = krl::choose(channels, kChannel);
+  const krl::Candidates all = krl::by_kind(files, findings);
+  const krl::Candidate* channel = krl::choose(all, ControllerFileKind::kEkiChannel, kChannel);
   if (channel == nullptr) {
     findings.refuse(kChannel, 0, "EthernetKRL's channel file is not in the folder");
     return findings.take();

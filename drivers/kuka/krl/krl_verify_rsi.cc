@@ -55,29 +55,35 @@ void check_config(const RsiSet& set) {
 }
 
 void check_sent(const RsiSet& set) {
-  const bool states_tcp =
-      std::any_of(set.channel.send.begin(), set.channel.send.end(),
-                  [](const RsiElement& one) { return wire::same_name(one.tag, "DEF_RIst"); });
-  if (set.config.space.on && !states_tcp) {
+  if (set.config.space.on && set.sent("DEF_RIst") == nullptr) {
     set.findings.warn(set.channel.name, 0,
                       "SEND: DEF_RIst is missing: a wrong $TOOL or $BASE would not be detected "
                       "before the arm moves");
   }
-  for (const char* tag : {"DEF_AIPos", "DEF_ASPos", "DEF_Delay"}) {
-    const auto found =
-        std::find_if(set.channel.send.begin(), set.channel.send.end(),
-                     [&](const RsiElement& one) { return wire::same_name(one.tag, tag); });
-    if (found == set.channel.send.end()) {
-      set.findings.refuse(set.channel.name, 0, "SEND: {} is missing. Add it with INDX=\"INTERNAL\"",
-                          tag);
-    } else if (found->index != 0) {
-      set.findings.refuse(set.channel.name, found->line, "SEND: INDX of {} is {}. Set \"INTERNAL\"",
-                          tag, found->index);
-    }
-  }
+  for (const char* tag : {"DEF_AIPos", "DEF_ASPos", "DEF_Delay"}) set.check_internal(tag);
 }
 
 }  // namespace
+
+const RsiElement* krl::RsiSet::received(const std::string& tag) const {
+  const auto found = std::ranges::find(channel.receive, tag, &RsiElement::tag);
+  return found == channel.receive.end() ? nullptr : &*found;
+}
+
+const RsiElement* krl::RsiSet::sent(const std::string& tag) const {
+  const auto found = std::ranges::find_if(
+      channel.send, [&](const RsiElement& one) { return wire::same_name(one.tag, tag); });
+  return found == channel.send.end() ? nullptr : &*found;
+}
+
+void krl::RsiSet::check_internal(const char* tag) const {
+  const RsiElement* found = sent(tag);
+  if (found == nullptr)
+    findings.refuse(channel.name, 0, "SEND: {} is missing. Add it with INDX=\"INTERNAL\"", tag);
+  else if (found->index != 0)
+    findings.refuse(channel.name, found->line, "SEND: INDX of {} is {}. Set \"INTERNAL\"", tag,
+                    found->index);
+}
 
 void krl::check_hold(const RsiSet& set, const RsiElement& one) {
   const bool wanted = set.mode == CorrectionMode::kAbsolute;
@@ -162,16 +168,14 @@ void compare_model(const RsiContextFile& context, const RsiContextFile& model,
   }
 }
 
-void check_unit(const ControllerFiles& files, const RsiContextFile& context,
+void check_unit(const krl::Candidates& files, const RsiContextFile& context,
                 krl::Findings& findings) {
   const std::string stem = context.name.substr(0, context.name.size() - std::string(".xml").size());
-  const auto models = krl::of_kind(files, ControllerFileKind::kRsiModel);
-  const auto diagrams = krl::of_kind(files, ControllerFileKind::kRsiDiagram);
-  const krl::Candidate* model = krl::choose(models, stem);
-  if (model == nullptr || krl::choose(diagrams, stem + ".diagram") == nullptr) {
+  const krl::Candidate* model = choose(files, ControllerFileKind::kRsiModel, stem);
+  if (model == nullptr ||
+      choose(files, ControllerFileKind::kRsiDiagram, stem + ".diagram") == nullptr)
     findings.refuse(context.name, 0,
                     "{0} and {0}.diagram are missing: RSI 3 needs the three together", stem);
-  }
   if (model == nullptr) return;
   compare_model(context, read_rsi_model(*model->text, model->name), findings);
 }
@@ -252,15 +256,15 @@ void check_program(const ControllerFiles& files, const RsiFilesConfig& config, C
                        krl::leave_out_limits);
 }
 
-std::optional<RsiContextFile> find_context(const ControllerFiles& files,
+std::optional<RsiContextFile> find_context(const krl::Candidates& files,
                                            const RsiFilesConfig& config, krl::Findings& findings) {
-  const auto contexts = krl::of_kind(files, ControllerFileKind::kRsiContext);
   const std::string usual = config.rsi_version == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix";
-  const krl::Candidate* chosen = krl::choose(contexts, usual);
+  const krl::Candidate* chosen = choose(files, ControllerFileKind::kRsiContext, usual);
   if (chosen == nullptr) {
     findings.refuse(usual, 0, "{}",
-                    contexts.empty() ? "RSI's context is not in the folder"
-                                     : "there are several contexts, none with this name");
+                    files.contains(ControllerFileKind::kRsiContext)
+                        ? "there are several contexts, none with this name"
+                        : "RSI's context is not in the folder");
     return std::nullopt;
   }
   RsiContextFile file = read_rsi_context(*chosen->text, chosen->name);
@@ -272,13 +276,13 @@ std::optional<RsiContextFile> find_context(const ControllerFiles& files,
 }
 
 /// The ethernet XML named by the context.
-const krl::Candidate* find_channel(const std::vector<krl::Candidate>& channels,
+const krl::Candidate* find_channel(const krl::Candidates& files,
                                    const std::optional<RsiContextFile>& context,
                                    krl::Findings& findings) {
   const RsiObject* ethernet = context ? context->only("ETHERNET") : nullptr;
   const RsiParameter* named = ethernet == nullptr ? nullptr : ethernet->parameter("ConfigFile");
   const std::string name = named == nullptr ? "cellcal_rsi_ethernet.xml" : named->value;
-  const krl::Candidate* channel = krl::choose(channels, name);
+  const krl::Candidate* channel = choose(files, ControllerFileKind::kRsiChannel, name);
   if (channel == nullptr) {
     findings.refuse(name, 0, "RSI's ethernet XML is not in the folder");
   } else if (named != nullptr && !wire::same_name(channel->name, name)) {
@@ -293,11 +297,10 @@ const krl::Candidate* find_channel(const std::vector<krl::Candidate>& channels,
 std::vector<FileFinding> verify_rsi_files(const ControllerFiles& files,
                                           const RsiFilesConfig& config, CorrectionMode mode) {
   krl::Findings findings;
-  krl::report_unreadable(files, findings);
+  const krl::Candidates all = krl::by_kind(files, findings);
   try {
-    const std::optional<RsiContextFile> context = find_context(files, config, findings);
-    const auto channels = krl::of_kind(files, ControllerFileKind::kRsiChannel);
-    if (const krl::Candidate* found = find_channel(channels, context, findings)) {
+    const std::optional<RsiContextFile> context = find_context(all, config, findings);
+    if (const krl::Candidate* found = find_channel(all, context, findings)) {
       const RsiChannelFile channel = read_rsi_channel(*found->text, found->name);
       const RsiSet set{config, mode, findings, channel};
       check_config(set);
@@ -308,7 +311,7 @@ std::vector<FileFinding> verify_rsi_files(const ControllerFiles& files,
       krl::check_travel(set, context ? &*context : nullptr);
       krl::check_state(set, context ? &*context : nullptr);
     }
-    if (context && context->rsi_version == 3) check_unit(files, *context, findings);
+    if (context && context->rsi_version == 3) check_unit(all, *context, findings);
   } catch (const ConfigError& error) {
     findings.unreadable(error);
   }

@@ -2,6 +2,7 @@
 // the program.
 
 #include "drivers/kuka/krl/krl_rsi.h"
+#include "drivers/kuka/krl/krl_template.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {
@@ -9,7 +10,6 @@ namespace {
 
 // Defaults of the objects for parameters absent from the context.
 constexpr double kDefaultLimitMm = 5, kDefaultTurnDeg = 5, kDefaultMonitor = 6;
-constexpr double kSpaceRounding = 1e-9;
 // TrafoCosysType of RSI: as a number, or by name in RSI-Visual's model.
 constexpr std::string_view kFrames[] = {"World", "Base", "RobRoot", "Tool", "TTS"};
 
@@ -58,23 +58,6 @@ void check_frame(const RsiSet& set, const RsiContextFile& file, const RsiObject&
                       wanted.key, wanted.number);
 }
 
-struct Bound {
-  const char *parameter, *key, *unit;
-  double limit, usual, sign;
-  const char* then;
-};
-
-void check_bound(const RsiSet& set, const RsiContextFile& file, const RsiObject& object,
-                 const Bound& bound) {
-  const ParameterValue have =
-      value_of(set, file, object, bound.parameter, bound.sign * bound.usual);
-  if (bound.sign * have.value >= bound.limit - kSpaceRounding) return;
-  set.findings.refuse(file.name, have.line,
-                      "{} of {} is {} {}, [rsi] {} is {}: {}. Raise the one or lower the other",
-                      bound.parameter, object.id, have.value, bound.unit, bound.key, bound.limit,
-                      bound.then);
-}
-
 constexpr const char* kShiftKey = "correction_limit_mm";
 constexpr const char* kTurnKey = "correction_turn_limit_deg";
 
@@ -82,15 +65,13 @@ constexpr const char* kTurnKey = "correction_turn_limit_deg";
 
 void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector) {
   const SpaceCorrection& space = set.config.space;
-  const char* const clamped = "moves would be silently clamped";
-  for (const char* name : {"LowerLimX", "LowerLimY", "LowerLimZ"})
-    check_bound(set, file, corrector,
-                {name, kShiftKey, "mm", space.limit_mm, kDefaultLimitMm, -1, clamped});
-  for (const char* name : {"UpperLimX", "UpperLimY", "UpperLimZ"})
-    check_bound(set, file, corrector,
-                {name, kShiftKey, "mm", space.limit_mm, kDefaultLimitMm, 1, clamped});
+  for (const double sign : {-1.0, 1.0})
+    for (const char axis : {'X', 'Y', 'Z'})
+      check_bound(set, file, corrector,
+                  {fmt::format("{}Lim{}", sign < 0.0 ? "Lower" : "Upper", axis), kShiftKey, "mm",
+                   space.limit_mm, kDefaultLimitMm, sign, kClamped});
   check_bound(set, file, corrector,
-              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kDefaultTurnDeg, 1, clamped});
+              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kDefaultTurnDeg, 1, kClamped});
   check_frame(set, file, corrector);
   const RsiObject* monitor = file.only("POSCORRMON");
   if (monitor == nullptr) {
@@ -102,22 +83,18 @@ void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject&
     }
     return;
   }
-  const char* const stopped = "RSI would stop with KSS29000";
   check_bound(set, file, *monitor,
-              {"MaxTrans", kShiftKey, "mm", space.limit_mm, kDefaultMonitor, 1, stopped});
+              {"MaxTrans", kShiftKey, "mm", space.limit_mm, kDefaultMonitor, 1, kStopped});
   check_bound(set, file, *monitor,
-              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kDefaultMonitor, 1, stopped});
+              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kDefaultMonitor, 1, kStopped});
 }
 
 void check_frames(const std::string& name, const std::string& text, const RsiFilesConfig& config,
                   Findings& findings) {
-  const auto value = [](const char* array, int number) {
-    return number == 0 ? std::string("$NULLFRAME") : fmt::format("{}[{}]", array, number);
-  };
   for (const auto& [line, number] : statements(text)) {
     for (const auto& [variable, key, wanted] :
-         {std::tuple{"$TOOL=", "tool", value("TOOL_DATA", config.tool)},
-          std::tuple{"$BASE=", "base", value("BASE_DATA", config.base)}}) {
+         {std::tuple{"$TOOL=", "tool", frame_value("TOOL_DATA", config.tool)},
+          std::tuple{"$BASE=", "base", frame_value("BASE_DATA", config.base)}}) {
       if (!line.starts_with(variable) || line == variable + wanted) continue;
       findings.refuse(name, number,
                       "{} does not match [controller] {} = {}, with which corrections in space "

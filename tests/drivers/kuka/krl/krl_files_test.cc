@@ -1,6 +1,6 @@
 // The controller files: checked statically, since no controller reads them here.
 
-#include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/krl/krl_template.h"
 
 #include <gtest/gtest.h>
 
@@ -475,6 +475,19 @@ TEST(KrlTemplate, FillsPlacesAndDropsLinesThatAreFilledWithNothing) {
             "a x /@A1 @Bb\r\nc\r\n");
   EXPECT_EQ(krl::fill("@B@\n", {{"B", "1\n2"}}), "1\r\n2\r\n");
   EXPECT_THROW(krl::fill("@NO@\n", {}), std::logic_error);
+}
+
+TEST(KrlTemplate, RepeatsSuccessiveLinesOfAListForEachItem) {
+  const krl::Lists lists = {{"AXIS", {{{"NAME", "A1"}}, {{"NAME", "A2"}, {"B", "y"}}}},
+                            {"ONCE", krl::once_if(true)},
+                            {"NEVER", krl::once_if(false)}};
+  const auto filled = [&](const char* text) { return krl::fill(text, {{"B", "x"}}, lists); };
+  EXPECT_EQ(filled("a\n@*AXIS@<@@NAME@\n@*AXIS@@B@>\nb\n"),
+            "a\r\n<@A1\r\nx>\r\n<@A2\r\ny>\r\nb\r\n");
+  EXPECT_EQ(filled("@*AXIS@@NAME@\n@*@\n@*AXIS@@B@\n"), "A1\r\nA2\r\nx\r\ny\r\n")
+      << "two blocks";
+  EXPECT_EQ(filled("@*NEVER@a\n@*ONCE@\n@*ONCE@b@B@\n"), "\r\nbx\r\n");
+  EXPECT_THROW(filled("@*NO@a\n"), std::logic_error);
 }
 
 }  // namespace
