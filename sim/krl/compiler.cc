@@ -53,9 +53,11 @@ bool is_constant(const Token* token) {
 
 }  // namespace
 
-void Cursor::fail(const std::string& words) const {
-  throw calib::FileError(*file_, ":" + std::to_string(line_->number) + ": " + words);
+void fail_at(const std::string& file, int line, const std::string& words) {
+  throw calib::FileError(file, ":" + std::to_string(line) + ": " + words);
 }
+
+void Cursor::fail(const std::string& words) const { fail_at(*file_, line_->number, words); }
 
 /// Tokens of `what` at `at`: a word, or signs without a blank between them; 0: others.
 std::size_t Cursor::length(std::string_view what, std::size_t at) const {
@@ -125,13 +127,6 @@ std::int32_t Compiler::hidden(const Type* type) {
 }
 
 // ---- declarations
-
-const Type* Compiler::find_type(const std::string& name) const {
-  for (const std::string& key : {lines_.module + ":" + name, name})
-    if (const auto found = program_.type_names_.find(key); found != program_.type_names_.end())
-      return found->second;
-  return nullptr;
-}
 
 const Type* Compiler::type_named() {
   const std::string name = cursor_.take().word;
@@ -291,8 +286,7 @@ std::size_t Compiler::declarations(std::size_t at, std::size_t end) {
   }
   for (const Parameter& parameter : routine_.parameters)
     if (parameter.type == nullptr)
-      throw calib::FileError(lines_.file, ":" + std::to_string(routine_.line) + ": parameter " +
-                                              parameter.name + " is not declared");
+      fail_at(lines_.file, routine_.line, "parameter " + parameter.name + " is not declared");
   return at;
 }
 
@@ -402,15 +396,15 @@ const Type* Compiler::number() {
 const Type* Compiler::enumerated(const Type* want) {
   const std::string word = cursor_.take().word;
   const std::string_view name = std::string_view(word).substr(1);
-  const Type* found = want != nullptr && want->kind == Kind::kEnum ? want : nullptr;
+  const Type* of = want != nullptr && want->kind == Kind::kEnum ? want : nullptr;
   for (const Type& type : program_.types_)
-    if (found == nullptr && type.kind == Kind::kEnum && type.index_of(name) >= 0) found = &type;
-  if (found == nullptr || found->index_of(name) < 0)
-    cursor_.fail(word + " is no constant" + (found == nullptr ? "" : " of " + found->name));
-  Value result(*found);
-  result.set_whole(found->index_of(name) + 1);
+    if (of == nullptr && type.kind == Kind::kEnum && type.index_of(name) >= 0) of = &type;
+  if (of == nullptr || of->index_of(name) < 0)
+    cursor_.fail(word + " is no constant" + (of == nullptr ? "" : " of " + of->name));
+  Value result(*of);
+  result.set_whole(of->index_of(name) + 1);
   constant(std::move(result));
-  return found;
+  return of;
 }
 
 const Type* Compiler::aggregate(const Type* want) {
@@ -479,15 +473,12 @@ const Type* Compiler::reference(bool written) {
     emit(Op::kLocal, local->second.slot);
     return part_of(local->second.type);
   }
-  for (const std::string& key : {lines_.module + ":" + name, name}) {
-    const auto found = program_.variable_names_.find(key);
-    if (found == program_.variable_names_.end()) continue;
-    if (written && found->second->constant) cursor_.fail(name + " is CONST");
-    emit(Op::kGlobal);
-    routine_.code.back().variable = found->second;
-    return part_of(found->second->value.type);
-  }
-  cursor_.fail(name + " is not declared");
+  Variable* const variable = found(program_.variable_names_, name);
+  if (variable == nullptr) cursor_.fail(name + " is not declared");
+  if (written && variable->constant) cursor_.fail(name + " is CONST");
+  emit(Op::kGlobal);
+  routine_.code.back().variable = variable;
+  return part_of(variable->value.type);
 }
 
 /// Subscripts and components: [n], [], .X.
@@ -524,22 +515,17 @@ const Type* Compiler::part_of(const Type* type) {
 
 const Type* Compiler::call(bool statement) {
   const std::string name = cursor_.name();
-  const Routine* found = nullptr;
-  for (const std::string& key : {lines_.module + ":" + name, name})
-    if (const auto at = program_.routine_names_.find(key); at != program_.routine_names_.end()) {
-      found = at->second;
-      break;
-    }
-  if (found == nullptr) cursor_.fail(name + "(): no such sub-program");
-  if (!statement && found->result == nullptr) cursor_.fail(name + "() has no result: a DEF");
-  const bool native = found->file.empty();
-  if (statement && found->result != nullptr && !native)
+  const Routine* const routine = found(program_.routine_names_, name);
+  if (routine == nullptr) cursor_.fail(name + "(): no such sub-program");
+  if (!statement && routine->result == nullptr) cursor_.fail(name + "() has no result: a DEF");
+  const bool native = routine->file.empty();
+  if (statement && routine->result != nullptr && !native)
     cursor_.fail(name + "(): the result of a DEFFCT is not used");
-  arguments(*found);
+  arguments(*routine);
   emit(native ? Op::kNative : Op::kCall);
-  routine_.code.back().routine = found;
-  if (statement && found->result != nullptr) emit(Op::kDrop);
-  return found->result;
+  routine_.code.back().routine = routine;
+  if (statement && routine->result != nullptr) emit(Op::kDrop);
+  return routine->result;
 }
 
 void Compiler::arguments(const Routine& routine) {

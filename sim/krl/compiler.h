@@ -21,6 +21,9 @@ struct Lines {
   bool data = false;  ///< .dat
 };
 
+/// "FILE:LINE: words" as calib::FileError.
+[[noreturn]] void fail_at(const std::string& file, int line, const std::string& words);
+
 /// The tokens of one line.
 class Cursor {
  public:
@@ -82,7 +85,14 @@ class Compiler {
   void constant(Value value);
   std::int32_t hidden(const Type* type);
 
-  const Type* find_type(const std::string& name) const;
+  /// The module's own of that name, else the one that all modules see; null: none.
+  template <class One>
+  One* found(const std::map<std::string, One*, std::less<>>& names, const std::string& name) const {
+    for (const std::string& key : {lines_.module + ":" + name, name})
+      if (const auto at = names.find(key); at != names.end()) return at->second;
+    return nullptr;
+  }
+  const Type* find_type(const std::string& name) const { return found(program_.type_names_, name); }
   const Type* type_named();
   const Type* array_of(const Type* element, std::vector<int> extents);
   void add_type(Type type, bool global);

@@ -264,6 +264,15 @@ void Interpreter::call(const Routine& routine) {
   frames_.push_back(std::move(frame));
 }
 
+void Interpreter::enter(const Routine& routine, std::int32_t at, int priority) {
+  Frame& frame = frames_.emplace_back();
+  frame.routine = &routine;
+  frame.at = static_cast<std::size_t>(at);
+  frame.values = values_.size();
+  frame.references = references_.size();
+  frame.priority = priority;
+}
+
 void Interpreter::native(const Routine& routine) {
   if (!routine.native) throw RunError(routine.name + "() does not exist on this controller");
   std::vector<Value> in(routine.parameters.size());
@@ -405,12 +414,7 @@ void Interpreter::command(const Instruction& one, Frame& frame) {
 /// Executes its condition.
 bool Interpreter::holds(const Interrupt& interrupt) {
   const std::size_t frames = frames_.size();
-  Frame frame;
-  frame.routine = interrupt.routine;
-  frame.at = static_cast<std::size_t>(interrupt.code.condition);
-  frame.values = values_.size();
-  frame.references = references_.size();
-  frames_.push_back(std::move(frame));
+  enter(*interrupt.routine, interrupt.code.condition, kNone);
   constexpr int kMostSteps = 1'000;
   for (int i = 0; frames_.size() > frames; ++i)
     if (!step(0.0) || i > kMostSteps) throw RunError("an interrupt's condition waits");
@@ -436,13 +440,7 @@ void Interpreter::poll_interrupts() {
 
 void Interpreter::start(Interrupt& interrupt) {
   interrupt.pending = false;
-  Frame frame;
-  frame.routine = interrupt.routine;
-  frame.at = static_cast<std::size_t>(interrupt.code.action);
-  frame.priority = interrupt.priority;
-  frame.values = values_.size();
-  frame.references = references_.size();
-  frames_.push_back(std::move(frame));
+  enter(*interrupt.routine, interrupt.code.action, interrupt.priority);
 }
 
 void Interpreter::resume() {

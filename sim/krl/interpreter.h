@@ -108,6 +108,8 @@ class Interpreter {
   void compare(Op op);
   void whole_numbers(Op op, Value& a, const Value& b);
   void call(const Routine& routine);
+  /// Without parameters and local variables: a condition or action of an interrupt.
+  void enter(const Routine& routine, std::int32_t at, int priority);
   void native(const Routine& routine);
   bool give_back(const Instruction& one);
   void index(int subscripts);

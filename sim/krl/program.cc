@@ -212,7 +212,7 @@ class Loader {
   /// STRUC and ENUM alone, or the rest.
   void declare_data(const Lines& text, bool types) {
     const bool system = text.file.empty();
-    if (!system && text.lines.empty()) throw calib::FileError(text.file, ":1: no DEFDAT");
+    if (!system && text.lines.empty()) fail_at(text.file, 1, "no DEFDAT");
     bool open = system, is_public = system, ended = false;
     std::unique_ptr<Compiler> compiler;
     if (!types) {
@@ -239,9 +239,7 @@ class Loader {
         data_line(text, line, *compiler, is_public, types);
       }
     }
-    if (!system && !ended)
-      throw calib::FileError(text.file,
-                             ":" + std::to_string(text.lines.back().number) + ": no ENDDAT");
+    if (!system && !ended) fail_at(text.file, text.lines.back().number, "no ENDDAT");
     if (!types) compiler->body(0, 0);
   }
 
@@ -308,8 +306,7 @@ class Loader {
         ++end;
       }
       if (end == text.lines.size())
-        throw calib::FileError(text.file, ":" + std::to_string(routine.line) + ": " + routine.name +
-                                              " has no " + ends);
+        fail_at(text.file, routine.line, routine.name + " has no " + ends);
       cursor_.begin(text.file, text.lines[end]);
       cursor_.take();
       cursor_.end();

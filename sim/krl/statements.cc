@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "calib/model/error.h"
 #include "sim/krl/compiler.h"
 #include "sim/krl/interpreter.h"
 
@@ -25,11 +24,10 @@ void Compiler::body(std::size_t at, std::size_t end) {
   block({});
   for (const auto& [jump, label] : gotos_) {
     const auto found = labels_.find(label);
+    Instruction& instruction = routine_.code[static_cast<std::size_t>(jump)];
     if (found == labels_.end())
-      throw calib::FileError(
-          lines_.file, ":" + std::to_string(routine_.code[static_cast<std::size_t>(jump)].line) +
-                           ": GOTO " + label + ": no such label");
-    routine_.code[static_cast<std::size_t>(jump)].a = found->second;
+      fail_at(lines_.file, instruction.line, "GOTO " + label + ": no such label");
+    instruction.a = found->second;
   }
   if (end < lines_.lines.size()) cursor_.begin(lines_.file, lines_.lines[end]);
   // A DEFFCT that ends here has no result.
@@ -53,8 +51,7 @@ std::string Compiler::block(Words ends) {
     cursor_.end();
   }
   if (ends.size() == 0) return {};
-  throw calib::FileError(lines_.file, ":" + std::to_string(opened) + ": the block has no " +
-                                          std::string(*(ends.end() - 1)));
+  fail_at(lines_.file, opened, "the block has no " + std::string(*(ends.end() - 1)));
 }
 
 void Compiler::statement() {
@@ -314,20 +311,17 @@ void Compiler::interrupt() {
   const bool global = lines_.lines[at_ - 1].tokens[0].word == "GLOBAL";
   if (global) cursor_.expect("INTERRUPT");
   if (cursor_.takes("DECL")) return declare_interrupt();
-  InterruptCommand command{};
-  if (cursor_.takes("ON"))
-    command = InterruptCommand::kOn;
-  else if (cursor_.takes("OFF"))
-    command = InterruptCommand::kOff;
-  else if (cursor_.takes("ENABLE"))
-    command = InterruptCommand::kEnable;
-  else if (cursor_.takes("DISABLE"))
-    command = InterruptCommand::kDisable;
-  else
+  static constexpr std::string_view kCommands[] = {"ON", "OFF", "ENABLE", "DISABLE"};
+  const auto command = std::ranges::find_if(
+      kCommands, [this](std::string_view word) { return cursor_.takes(word); });
+  if (command == std::end(kCommands))
     cursor_.fail("INTERRUPT needs DECL, ON, OFF, ENABLE or DISABLE");
   const bool all = cursor_.ended();
   if (!all) value(&program_.type("INT"));
-  emit(Op::kInterrupt, static_cast<std::int32_t>(command), all ? -1 : 0);
+  emit(Op::kInterrupt,
+       static_cast<std::int32_t>(InterruptCommand::kOn) +
+           static_cast<std::int32_t>(command - std::begin(kCommands)),
+       all ? -1 : 0);
 }
 
 void Compiler::declare_interrupt() {
