@@ -60,7 +60,7 @@ void read_frame_data(const Line& line, std::size_t at, const std::string& file, 
   if (!value) return;
   const auto [known, fresh] = data.frames.emplace(t[at].word, frame_data_of(*value));
   if (!fresh && known->second != frame_data_of(*value))
-    data.refusals.push_back({Why::kTwice, file, line.number, t[at].word});
+    data.refusals.push_back({Why::kDeclaredTwice, file, line.number, t[at].word});
 }
 
 void read_named_load(const Line& line, std::size_t at, Data& data) {
