@@ -292,7 +292,7 @@ void for_each_text(CertificateData& d, const std::function<void(std::string&)>& 
   for (auto& one : d.breaks) act(one.event.text), act(one.phase.text);
   for (auto& one : d.parameters)
     act(one.name.text), act(one.nominal.unit), act(one.decided_by.text);
-  for (auto& one : d.positioner) act(one.name.text), act(one.x.text), act(one.direction.unit);
+  for (auto& one : d.positioner) act(one.name.text), act(one.xyz[0].text), act(one.direction.unit);
   if (d.linear_unit) act(d.linear_unit->name.text), act(d.linear_unit->scale.unit);
   for (auto& one : d.files) act(one.name.text), act(one.role.text), act(one.sha256.text);
   for (auto& one : d.rows) act(one.target.text), act(one.time.text);
