@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/estimate/evidence.h"
+#include "calib/estimate/relaxation.h"
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
 
@@ -275,8 +276,8 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
 
 }  // namespace
 
-/// Each round is one Gauss-Newton step of every level; levels of negligible probability are
-/// dropped.
+/// Each round is one Gauss-Newton step of every level, or a share of it (Relaxation); levels of
+/// negligible probability are dropped.
 void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
             Estimate& e) {
   // In prior sigmas. A step of this size leaves an error of a thousandth of it: the unknowns are
@@ -290,10 +291,13 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
   const std::vector<ModelLevel> every = levels;
   LevelMean first;
   OutlierRejection rejection(problem, options);
+  Relaxation relaxation;
   for (int round = 0;; ++round) {
     LevelMean mean = mean_over_levels(problem, e.u, e.posterior.linear, levels);
-    const double step = (mean.u - e.u).lpNorm<Eigen::Infinity>();
-    e.u = mean.u;
+    const Eigen::VectorXd off = mean.u - e.u;
+    const double step = off.lpNorm<Eigen::Infinity>();
+    const double share = relaxation.share_of(off);
+    e.u = share < 1.0 ? Eigen::VectorXd(e.u + share * off) : mean.u;
     problem.set_ripple(mean.ripple_rad);
     linearise(problem, e.u, e.use, e.posterior.linear);
     set_covariance(mean.covariance_u, e.posterior);
@@ -315,6 +319,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
       return;
     }
     if (changed) {  // an outlier more or less changes the levels' probabilities
+      relaxation.forget();
       linearise(problem, e.u, e.use, e.posterior.linear);
       if (!first.levels.empty()) levels = every;
       first = {};
