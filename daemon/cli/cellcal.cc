@@ -16,7 +16,7 @@
 
 #include "calib/estimate/solve.h"
 #include "calib/files/text.h"
-#include "daemon/api/http/socket_fault.h"
+#include "daemon/api/http/http.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
@@ -175,8 +175,8 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}: {}\nsee '{} --help'\n", command_of(app),
                extra ? wrong_option(app).value_or(error.what()) : error.what(), command_of(app));
     return kWrongUsage;
-  } catch (const SocketFault& error) {
-    fmt::print(stderr, "{}: {}\n", command_of(app), say(error.phrase));
+  } catch (const ClientSocketError& error) {
+    fmt::print(stderr, "{}: {}\n", command_of(app), say(error.sentence));
     return kJobFailed;
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::broken_pipe) return status;  // of standard output: `| head`

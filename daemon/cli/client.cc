@@ -14,7 +14,6 @@
 #include "calib/files/json.h"
 #include "calib/model/units.h"
 #include "calib/words/phrase_json.h"
-#include "daemon/api/http/socket_fault.h"
 #include "daemon/cli/actions.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
@@ -225,7 +224,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
     try {
       status = get(daemon, "/v1/status", kLongestStatus);
     } catch (const SocketError&) {
-      throw SocketFault({"say.cli.lost", {{"session", session}}});
+      throw ClientSocketError({"say.cli.lost", {{"session", session}}});
     }
     if (number(status, "session") != session) {
       throw std::runtime_error(say({"say.cli.not_running", {{"session", session}}}));
@@ -423,8 +422,7 @@ int show_status(const Connection& daemon) {
   const json status = get(daemon, "/v1/status");
   std::string words = status_words(status);
   if (const std::int64_t session = number(status, "session");
-      !daemon.json && text_in(status, "phase") == "done" &&
-      text_in(status, "kind") == "calibrate")
+      !daemon.json && text_in(status, "phase") == "done" && text_in(status, "kind") == "calibrate")
     if (const auto update = update_of(daemon, session))
       words += said({"say.cli.update", {{"words", update_phrase(*update)}}});
   return print_result(daemon.json, status, words);
@@ -471,8 +469,8 @@ int abort(const Connection& daemon) {
   const json answer = [&] {
     try {
       return parse(ask(daemon, "POST", "/v1/abort", "", kLongestAbort));
-    } catch (const SocketFault& silent) {
-      throw SocketFault({"say.cli.may_move", {{"words", silent.phrase}}});
+    } catch (const ClientSocketError& silent) {
+      throw ClientSocketError({"say.cli.may_move", {{"words", silent.sentence}}});
     }
   }();
   json status = get(daemon, "/v1/status");
@@ -563,20 +561,13 @@ json get(const Connection& daemon, const std::string& target, std::chrono::milli
 
 json parse(const Response& response) {
   json value = calib::parse_json(response.body);
-  if (value.is_discarded())
-    throw SocketFault("say.socket.no_json");
+  if (value.is_discarded()) throw ClientSocketError("say.socket.no_json");
   return value;
 }
 
 Response ask(const Connection& daemon, const char* method, const std::string& target,
              const std::string& body, std::chrono::milliseconds most) {
-  Response response = [&] {
-    try {
-      return http_request(daemon.socket, method, target, body, most);
-    } catch (const SocketPermissionError&) {
-      throw SocketFault({"say.socket.permission", {{"socket", daemon.socket.string()}}}, true);
-    }
-  }();
+  Response response = http_request(daemon.socket, method, target, body, most);
   if (response.status < 300) return response;
   const json value = calib::parse_json(response.body);
   const bool words = value.is_object() && value.contains("error") && value["error"].is_string();

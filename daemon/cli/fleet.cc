@@ -7,7 +7,7 @@
 
 #include "calib/files/input_file.h"
 #include "calib/model/linear.h"
-#include "daemon/api/http/socket_fault.h"
+#include "daemon/api/http/http.h"
 #include "daemon/cli/actions.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
@@ -25,8 +25,9 @@ constexpr std::size_t kDay = 10;  // YYYY-MM-DD
 Response ask_fleet(const Connection& fleet, const std::string& target) {
   try {
     return ask(fleet, "GET", target);
-  } catch (const SocketFault& fault) {
-    if (fault.denied) throw;
+  } catch (const SocketPermissionError&) {
+    throw;
+  } catch (const SocketError&) {
     throw std::runtime_error(
         "no cellcal-fleet answers on " + fleet.socket.string() +
         ". Start it (sudo systemctl start cellcal-fleet), or give its socket with --socket");

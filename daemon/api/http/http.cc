@@ -11,7 +11,6 @@
 #include <cmath>
 
 #include "calib/model/enum_table.h"
-#include "daemon/api/http/socket_fault.h"
 
 namespace cellcal::daemon {
 
@@ -31,7 +30,7 @@ constexpr std::size_t kLongestPath = 107;
 
 void require_socket_path(const std::filesystem::path& socket) {
   if (socket.empty() || socket.string().size() > kLongestPath) {
-    throw SocketFault({"say.socket.path", {{"socket", socket.string()}}});
+    throw ClientSocketError({"say.socket.path", {{"socket", socket.string()}}});
   }
 }
 
@@ -44,11 +43,10 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
   beast::error_code code;
   peer.socket().connect(socket.string(), code);
   if (code == asio::error::access_denied) {
-    throw SocketPermissionError(
-        calib::words({"say.socket.permission", {{"socket", socket.string()}}}));
+    throw SocketPermissionError({"say.socket.permission", {{"socket", socket.string()}}});
   }
   if (code) {
-    throw SocketFault(
+    throw ClientSocketError(
         {"say.socket.closed", {{"socket", socket.string()}, {"why", code.message()}}});
   }
   http::request<http::string_body> request(http::string_to_verb(method), target, 11);
@@ -69,7 +67,7 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
   });
   context.run();
   if (code) {
-    throw SocketFault(
+    throw ClientSocketError(
         {"say.socket.silent", {{"socket", socket.string()}, {"why", code.message()}}});
   }
   auto message = parser.release();

@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "calib/words/phrase.h"
+
 namespace cellcal::daemon {
 
 // HTTP request and answer, reduced to what cellcal needs.
@@ -101,9 +103,16 @@ struct SocketError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// No usable answer of a program behind a socket; `sentence` states path, reason and remedy in any language.
+struct ClientSocketError : SocketError {
+  explicit ClientSocketError(const calib::Phrase& words)
+      : SocketError(calib::words(words)), sentence(words) {}
+  calib::Phrase sentence;
+};
+
 /// The socket belongs to a group that this user is not a member of.
-struct SocketPermissionError : SocketError {
-  using SocketError::SocketError;
+struct SocketPermissionError : ClientSocketError {
+  using ClientSocketError::ClientSocketError;
 };
 
 /// Throws SocketError where the path is empty or exceeds the system's limit.
