@@ -232,6 +232,44 @@ std::string joints_row(const Robot& robot) {
 
 constexpr std::array<const char*, 6> kPose = {"x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"};
 constexpr std::size_t kMaxPoses = 2'000'000;
+/// Scatter (1 sigma of a coordinate) below which no arm returns to a posture.
+constexpr double kNoArmReturnsM = 5e-6;
+
+bool of_one_stand(const Touch& a, const Touch& b) {
+  return a.joint_rad == b.joint_rad && a.positioner_rad == b.positioner_rad &&
+         a.target == b.target && a.tool == b.tool && a.load == b.load && a.set == b.set &&
+         a.sigma_m == b.sigma_m;
+}
+
+/// Consecutive readings of a tracker at the same angles that scatter less than any arm returns are of an arm
+/// that stands. They share its errors, ripple included, and count as one touch: their mean.
+void average_stands(const Cell& cell, std::vector<Touch>& touches) {
+  std::vector<Touch> stands;
+  double sum_m2 = 0.0;
+  std::size_t degrees_of_freedom = 0;
+  for (auto first = touches.begin(), next = first; first != touches.end(); first = next) {
+    const bool tracked =
+        cell.targets[cell.target_index(first->target)].kind == TargetKind::kTracker;
+    next = std::find_if(first + 1, touches.end(), [&](const Touch& other) {
+      return !tracked || !of_one_stand(*first, other);
+    });
+    Touch& stand = stands.emplace_back(*first);
+    const auto count = next - first;
+    if (count == 1) continue;
+    stand.readings = static_cast<int>(count);
+    for (int k = 0; k < 3; ++k) {
+      double sum = 0.0;
+      for (auto one = first; one != next; ++one) sum += one->tracker_m[k];
+      stand.tracker_m[k] = sum / static_cast<double>(count);
+      for (auto one = first; one != next; ++one)
+        sum_m2 += std::pow(one->tracker_m[k] - stand.tracker_m[k], 2);
+      degrees_of_freedom += static_cast<std::size_t>(count - 1);
+    }
+  }
+  if (sum_m2 < static_cast<double>(degrees_of_freedom) * std::pow(kNoArmReturnsM, 2))
+    touches = std::move(stands);
+}
+
 /// Beyond the reach and the turns of any arm: detects other units.
 constexpr double kFarthestMm = 1e5, kMostDeg = 3600.0;
 
@@ -280,6 +318,7 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
     columns.read(cell, touch);
     touches.push_back(std::move(touch));
   }
+  average_stands(cell, touches);
   return touches;
 }
 

@@ -42,7 +42,7 @@ struct Touch {
 
   // Details of the measurement. Not used by the estimator; empty or 0 if unknown.
   std::vector<double> settled_joint_rad;  ///< after the stop, at rest
-  int readings = 0;                       ///< number of slow searches that agree
+  int readings = 0;                       ///< slow searches that agree, or readings averaged
   double spread_m = 0.0;                  ///< largest distance along the search between them
   std::optional<double> temperature_c;    ///< of the cell, as stated
   int line = 0;                           ///< line of the source file; 0: none

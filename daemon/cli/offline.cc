@@ -286,8 +286,7 @@ void write_output(const std::filesystem::path& output, const std::string& text) 
 /// The touches are already made: faults of the cell file are only warnings.
 void warn_of_cell(const calib::Cell& cell) {
   try {
-    for (const calib::CellFault& fault : calib::faults_of(cell))
-      warn(phrase(fault));
+    for (const calib::CellFault& fault : calib::faults_of(cell)) warn(phrase(fault));
   } catch (const calib::PlanError&) {  // of a robot that sessions cannot move
   }
 }
@@ -299,6 +298,18 @@ void report_reading(const std::filesystem::path& csv) {
   if (!reading.empty()) fmt::print(stderr, "{}: read as {}\n", csv.string(), reading);
 }
 
+/// Of readings that count as one touch, on standard error.
+static void report_stands(const std::filesystem::path& csv,
+                          const std::vector<calib::Touch>& touches) {
+  int readings = 0;
+  for (const calib::Touch& touch : touches) readings += std::max(1, touch.readings);
+  const auto postures = static_cast<int>(touches.size());
+  if (readings > postures)
+    fmt::print(stderr, "{}",
+               said({"say.cli.stands",
+                     {{"file", csv.string()}, {"n", readings}, {"postures", postures}}}));
+}
+
 void warn_of_radians(const std::filesystem::path& csv, const calib::Robot& robot,
                      std::span<const calib::JointVector> rows) {
   constexpr std::size_t kFewestRows = 5;
@@ -307,8 +318,7 @@ void warn_of_radians(const std::filesystem::path& csv, const calib::Robot& robot
     for (std::size_t i = robot.first_turning(); i < row.size(); ++i)
       largest_deg = std::max(largest_deg, std::abs(row[i]) * calib::kDegPerRad);
   if (rows.size() < kFewestRows || largest_deg == 0.0 || largest_deg > calib::kRadPerTurn) return;
-  warn({"say.cli.radians",
-        {{"file", csv.string()}, {"largest", largest_deg}, {"n", rows.size()}}});
+  warn({"say.cli.radians", {{"file", csv.string()}, {"largest", largest_deg}, {"n", rows.size()}}});
 }
 
 void put(const std::string& text, const std::filesystem::path& output) {
@@ -335,6 +345,7 @@ int identify(const IdentifyCommand& command) {
   const std::string csv = calib::read_file(command.touches);
   const std::vector<calib::Touch> touches =
       calib::parse_touches(csv, command.touches.string(), cell);
+  report_stands(command.touches, touches);
   calib::Calibration calibration = command.method == "paper"
                                        ? calib::identify_paper(cell, touches)
                                        : calib::identify(cell, touches,

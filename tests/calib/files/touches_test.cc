@@ -61,8 +61,8 @@ TEST(Touches, TakesAFileWithoutAnEndOfLineAndOneWithoutRows) {
 }
 
 TEST(Touches, NamesTheLineAndColumnOfAFieldThatIsNotANumber) {
-  for (const char* field : {"", "abc", "1,5", "0x10", "1e", "--1", "+-1", "1 2",
-                            "1.2.3", "١", "nan", "inf", "-inf", "infinity", "1e999", "1d3"}) {
+  for (const char* field : {"", "abc", "1,5", "0x10", "1e", "--1", "+-1", "1 2", "1.2.3", "١",
+                            "nan", "inf", "-inf", "infinity", "1e999", "1d3"}) {
     SCOPED_TRACE(field);
     const std::string text = "A1,A2,target\n1,2,S1\n1," + std::string(field) + ",S1\n";
     const std::string message = touches_refusal(text);
@@ -128,6 +128,33 @@ TEST(Touches, NameTheLineAndColumnOfASpeedOrDirectionThatIsNone) {
     expect_words(touches_refusal("A1,A2,target,approach_x,approach_y,approach_z\n1,2,S1," +
                                  std::string(row) + "\n"),
                  {"touches.csv:2: ", words});
+}
+
+TEST(Touches, OfATrackerWhileTheArmStandsCountAsTheirMean) {
+  Cell cell = testing::cell();
+  cell.targets[2].kind = TargetKind::kTracker;
+  const auto read = [&](const std::string& rows) {
+    return parse_touches("A1,A2,target,set,x_mm,y_mm,z_mm\n" + rows, "touches.csv", cell);
+  };
+  const auto touches = read(
+      "1,2,W,,100,200,300\n1,2,W,,100.003,200,299.997\n1,2,W,,100.003,200,300\n"
+      "1,2,W,check,100,200,300\n3,2,W,,100,200,300\n1,2,W,,100,200,300.1\n1,2,S1,,,,\n1,2,S1,,,,\n");
+  ASSERT_EQ(touches.size(), 6u);
+  EXPECT_EQ(touches[0].readings, 3);
+  EXPECT_NEAR(touches[0].tracker_m[0], 0.100002, 1e-12);
+  EXPECT_NEAR(touches[0].tracker_m[2], 0.299999, 1e-12);
+  EXPECT_EQ(touches[0].line, 2);
+  for (std::size_t i = 1; i < touches.size(); ++i) EXPECT_EQ(touches[i].readings, 0) << i;
+}
+
+TEST(Touches, OfATrackerThatScatterAsAnArmReturnsAreAllKept) {
+  Cell cell = testing::cell();
+  cell.targets[2].kind = TargetKind::kTracker;
+  const auto touches = parse_touches(
+      "A1,A2,target,x_mm,y_mm,z_mm\n1,2,W,100,200,300\n1,2,W,100.02,200,300\n"
+      "3,2,W,100,200,300\n3,2,W,100,200.02,300\n",
+      "touches.csv", cell);
+  EXPECT_EQ(touches.size(), 4u);
 }
 
 TEST(Touches, OfATrackerNeedAWholeReading) {
