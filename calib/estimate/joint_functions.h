@@ -73,7 +73,7 @@ struct RowsOfJoint {
   Eigen::VectorXd angle_rad;  ///< per row: the joint's angle
 };
 
-/// Of the joints that turn, over the touches' rows of the estimate's linearisation, whitened. The
+/// Rows of the joints that turn, over the touches' rows of the estimate's linearisation, whitened. The
 /// bending of the tool, and rows of rotations, are left out.
 std::vector<RowsOfJoint> rows_by_joint(const Problem& problem, const Estimate& e);
 

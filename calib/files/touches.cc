@@ -242,7 +242,7 @@ bool of_one_stand(const Touch& a, const Touch& b) {
 }
 
 /// Consecutive readings of a tracker at the same angles that scatter less than any arm returns are of an arm
-/// that stands. They share its errors, ripple included, and count as one touch: their mean.
+/// at rest. They share its errors, ripple included, and count as one touch: their mean.
 void average_stands(const Cell& cell, std::vector<Touch>& touches) {
   std::vector<Touch> stands;
   double sum_m2 = 0.0;

@@ -78,7 +78,7 @@ int verify(const VerifyCommand& command);
 
 /// "an update of session 12 of 2026-11-20, 9 touches: S2 moved by ...", or "no update of ...".
 calib::Phrase update_phrase(const calib::UpdateOrigin& update);
-/// Of the session's calibration; none where it has none, or is no update. Throws SocketError, calib::FileError.
+/// Origin of the session's update; none of another calibration. Throws SocketError, calib::FileError.
 std::optional<calib::UpdateOrigin> update_of(const Connection& daemon, std::int64_t session);
 
 /// From "checks" of GET /v1/drift: sentences, a plot over time, the newest checks. Ends with a line break.

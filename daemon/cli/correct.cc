@@ -160,7 +160,7 @@ bool known_at_run_time(const krl::Refusal& refusal) {
   return std::ranges::find(kComputedThere, refusal.why) != std::end(kComputedThere);
 }
 
-/// What corrects them; empty: nothing.
+/// Remedy; empty: none.
 calib::Phrase instead_of(const std::vector<krl::Refusal>& offline) {
   return std::ranges::any_of(offline, known_at_run_time) ? "say.correct.refused.at_run_time" : "";
 }

@@ -298,7 +298,7 @@ void report_reading(const std::filesystem::path& csv) {
   if (!reading.empty()) fmt::print(stderr, "{}: read as {}\n", csv.string(), reading);
 }
 
-/// Of readings that count as one touch, on standard error.
+/// Reports readings that count as one touch, on standard error.
 static void report_stands(const std::filesystem::path& csv,
                           const std::vector<calib::Touch>& touches) {
   int readings = 0;

@@ -86,7 +86,7 @@ std::string bytea(std::string_view bytes) {
   return text;
 }
 
-/// Of the fact's own table. Keys without a column are left out by PostgreSQL.
+/// Row of the fact's own table. Keys without a column are left out by PostgreSQL.
 json row_of(const plant::FactBody& body) {
   if (const auto* certificate = std::get_if<plant::CertificateFact>(&body))
     return {{"certificate", certificate->certificate}};

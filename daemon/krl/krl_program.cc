@@ -46,7 +46,7 @@ class Reader {
         program_(program),
         flow_(program.flow, module_, module_name(src.name)) {}
 
-  /// Of the controller's own programs only motions are counted.
+  /// Only motions of the controller's own programs are counted.
   void read(const std::vector<Line>& lines) {
     if ((own().kukas = is_kukas_program(src_.name))) {
       own().motion_lines = static_cast<int>(std::ranges::count_if(

@@ -81,9 +81,9 @@ std::vector<RsiStateSource> state_sources(const RsiFilesConfig& config);
 /// Name of the object in the context: "STATUS1" in RSI 3, "Status_1" in RSI 4.
 std::string object_id(const RsiStateSource& source, int rsi_version);
 
-/// Of each source, for the templates.
+/// Places of each source, for the templates.
 std::vector<Places> state_places(const RsiFilesConfig& config);
-/// Of RSI 6: attribute of an input that comes from an output.
+/// RSI 6: attribute of an input that comes from an output.
 std::string signal_of(const RsiFilesConfig& config, const std::string& object,
                       const std::string& output);
 /// From ETHERNET's.

@@ -130,7 +130,7 @@ TEST(Touches, NameTheLineAndColumnOfASpeedOrDirectionThatIsNone) {
                  {"touches.csv:2: ", words});
 }
 
-TEST(Touches, OfATrackerWhileTheArmStandsCountAsTheirMean) {
+TEST(Touches, OfATrackerOfAnArmAtRestCountAsTheirMean) {
   Cell cell = testing::cell();
   cell.targets[2].kind = TargetKind::kTracker;
   const auto read = [&](const std::string& rows) {
