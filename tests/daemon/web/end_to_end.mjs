@@ -516,6 +516,9 @@ const steps = {
     await answers(page, "connecting", {
       ...held, doing: "phase.connecting", long: silent, wrong: silent, todo: said("waiting.start", { what: /CELLCAL_RSI/ }), near: "near.soon" });
     await pictures(page, "connecting");
+    await show(calibrated({}), { ...idle, phase: "planning", running: true, touches: 0, planned: 0 });
+    await page.getByText("Planning the touches. Nothing moves.").first().waitFor(LONG);
+    assert.equal(await page.locator("progress").count(), 0, "the number of touches is unknown until they are planned");
     await show(calibrated({}), { ...idle, phase: "recovering", running: true, touches: 5, time_left_s: 95, u95_mm: 0.312, goal_mm: 0.05,
                                  busy_left_s: 42, arm: { motion: "at rest", packet_age_s: 0.1 } });
     const busy = said("busy.waiting", { left: /42 s/ });

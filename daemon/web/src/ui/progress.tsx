@@ -25,11 +25,12 @@ function Ahead({ status, touches, plan }: { status: Status; touches: Touch[]; pl
   const first = touches.find((touch) => touch.u95_mm !== null)?.u95_mm ?? null;
   return (
     <>
-      <div class="bar-line">
-        <progress max={Math.max(1, total)} value={Math.min(n, Math.max(1, total))}
-                  aria-label={share} />
-        <strong>{share}</strong>
-      </div>
+      {total > 0 && ( // unknown until the touches are planned
+        <div class="bar-line">
+          <progress max={total} value={Math.min(n, total)} aria-label={share} />
+          <strong>{share}</strong>
+        </div>
+      )}
       <dl class="figures">
         <Figure name={say("progress.kind")} value={say("progress.kind.of", { session: status.session, kind: say(`kind.${status.kind}`) })} />
         <Figure name={say("progress.time")} value={status.time_left_s === null ? say("progress.time.unknown") : fmt.duration(status.time_left_s)} />
