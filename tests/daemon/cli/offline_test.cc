@@ -468,7 +468,7 @@ TEST(AnOutputThatCannotBeWritten, IsAFailedJob) {
             "cellcal plan: folder /nonexistent does not exist. Create it, or choose another\n");
   const TemporaryDirectory dir;
   EXPECT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "4", "-o", dir / ""}).err,
-            "cellcal plan: " + (dir / "") + " is a folder. Give a file in it\n");
+            "cellcal plan: " + (dir / "").string() + " is a folder. Give a file in it\n");
 }
 
 TEST(TouchesWithAWrongRow, AreRefusedByFileLineAndColumn) {
