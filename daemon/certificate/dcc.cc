@@ -267,12 +267,15 @@ void add_figures(const CertificateData& d, Node results, const char* name, Entry
   for (const Figure& one : d.figures) add_quantity(data, one.what, one.*of);
 }
 
-/// Components of a point or a direction.
-void add_three(Node data, const std::string& ids, const Entry& axis,
+constexpr std::array kPointIds{"say.dcc.positioner.x", "say.dcc.positioner.y",
+                               "say.dcc.positioner.z"},
+    kDirectionIds{"say.dcc.positioner.direction_x", "say.dcc.positioner.direction_y",
+                  "say.dcc.positioner.direction_z"};
+
+void add_three(Node data, const std::array<const char*, 3>& ids, const Entry& axis,
                const std::array<Entry, 3>& values) {
-  std::size_t k = 0;
-  for (const char* name : {"x", "y", "z"})
-    add_quantity(data, {ids + name, {{"axis", axis.text}}}, values[k++]);
+  for (std::size_t k = 0; k < values.size(); ++k)
+    add_quantity(data, {ids[k], {{"axis", axis.text}}}, values[k]);
 }
 
 /// Bounds are of distances and angles across the axis, not of components.
@@ -281,8 +284,8 @@ void add_positioner(const CertificateData& d, Node data) {
     const auto add_one = [&](const char* id, const Entry& value) {
       add_quantity(data, {id, {{"axis", one.name.text}}}, value);
     };
-    add_three(data, "say.dcc.positioner.", one.name, one.xyz);
-    add_three(data, "say.dcc.positioner.direction_", one.name, one.along);
+    add_three(data, kPointIds, one.name, one.xyz);
+    add_three(data, kDirectionIds, one.name, one.along);
     add_one("say.dcc.positioner.place", one.place);
     add_one("say.dcc.positioner.direction", one.direction);
   }
@@ -292,7 +295,7 @@ void add_linear_unit(const LinearUnit& unit, Node data) {
   const auto add_one = [&](const char* id, const Entry& value, const Entry& bound = {}) {
     add_quantity(data, {id, {{"axis", unit.name.text}}}, value, bound);
   };
-  add_three(data, "say.dcc.positioner.direction_", unit.name, unit.along);
+  add_three(data, kDirectionIds, unit.name, unit.along);
   add_one("say.dcc.positioner.direction", unit.direction);
   add_one("say.dcc.linear_unit.scale", unit.scale, unit.scale_u95);
   constexpr const char* kMotions[] = {"along", "across", "above", "roll", "pitch", "yaw"};
@@ -329,8 +332,7 @@ void add_measurement(const CertificateData& d, Node root) {
     add_quantity(budget, "say.dcc.combined", d.standard);
   }
   if (!d.positioner.empty()) add_positioner(d, add_result(results, "say.report.positioner"));
-  if (d.linear_unit)
-    add_linear_unit(*d.linear_unit, add_result(results, "say.report.linear_unit"));
+  if (d.linear_unit) add_linear_unit(*d.linear_unit, add_result(results, "say.report.linear_unit"));
   Node data = add_result(results, "say.dcc.corrections");
   add_quantity(data, "say.dcc.touches", d.touches);
   for (const Parameter& one : d.parameters)

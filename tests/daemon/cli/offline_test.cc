@@ -406,7 +406,7 @@ TEST(AnUnknownCommand, OrOptionIsShownWithTheNearestThatThereIs) {
   EXPECT_EQ(none.err.find("cellcal versions: unknown option \"--cell\".\n"), 0u) << none.err;
   const Outcome before = run_program({CELLCAL, "--cell=c.toml", "run"});
   EXPECT_EQ(before.status, 2);
-  EXPECT_EQ(before.err.find("cellcal run: --cell=c.toml stands before the command. "), 0u)
+  EXPECT_EQ(before.err.find("cellcal run: --cell=c.toml is before the command. "), 0u)
       << before.err;
 }
 
