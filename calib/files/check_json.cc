@@ -2,7 +2,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "calib/result/drift_phrase.h"
+#include "calib/result/drift_chart.h"
 #include "calib/result/finding_phrase.h"
 #include "calib/result/tcp_check.h"
 #include "calib/words/phrase_json.h"

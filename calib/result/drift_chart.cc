@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "calib/model/units.h"
-#include "calib/result/drift_phrase.h"
 #include "calib/result/finding_phrase.h"
 #include "calib/result/tcp_check.h"
 
@@ -177,11 +176,6 @@ std::vector<Phrase> phrases(const DriftChart& chart) {
   lines.push_back(limits_phrase(chart));
   return lines;
 }
-
-std::string state_words(const DriftChart& chart) { return words(state_phrase(chart)); }
-std::string trend_words(const DriftChart& chart) { return words(trend_phrase(chart)); }
-std::string advice_words(const DriftChart& chart) { return words(advice_phrase(chart)); }
-std::string limit_words(const DriftChart& chart) { return words(limits_phrase(chart)); }
 
 std::vector<std::string> words(const DriftChart& chart) {
   std::vector<std::string> lines;

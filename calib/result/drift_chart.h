@@ -169,15 +169,13 @@ constexpr const char* to_string(Holding holding) { return own_name(holding); }
 
 // Sentences of a control chart: number first, then the remedy.
 
-/// "in control: TCP 0.01 +- 0.04 mm (k=2) off the centre of 31 checks, 41 % of the alarm limit"
-std::string state_words(const DriftChart& chart);
-/// "creep of 0.048 +- 0.010 mm/month (k=2) since check 41 (2026-03-01), ..."; empty without a trend.
-std::string trend_words(const DriftChart& chart);
-/// Advice; empty if there is none.
-std::string advice_words(const DriftChart& chart);
-/// Explanation of the limits.
-std::string limit_words(const DriftChart& chart);
-/// All sentences, one per line.
+/// "in control: TCP 0.01 ± 0.04 mm (k=2) off the centre of 31 checks, 41 % of the alarm limit"
+Phrase state_phrase(const DriftChart& chart);
+/// "creep of 0.048 ± 0.010 mm/month (k=2) since check 41 (2026-03-01), ..."; empty without a trend.
+Phrase trend_phrase(const DriftChart& chart);
+/// State, trend, advice, what else is known, and the limits; one per line.
+std::vector<Phrase> phrases(const DriftChart& chart);
+/// The same in English.
 std::vector<std::string> words(const DriftChart& chart);
 
 /// "2026-03-01" for seconds since 1970, UTC.

@@ -6,7 +6,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "calib/result/drift_phrase.h"
+#include "calib/result/drift_chart.h"
 #include "calib/result/finding_phrase.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/files/atomic_file.h"

@@ -13,10 +13,11 @@
 #include "calib/check/drift.h"
 #include "calib/files/calibration_json.h"
 #include "calib/model/linear.h"
-#include "calib/result/drift_phrase.h"
 
 namespace cellcal::calib {
 namespace {
+
+std::string state_words(const DriftChart& chart) { return words(state_phrase(chart)); }
 
 constexpr double kSigmaM = 0.025e-3;
 constexpr double kDayS = 86400.0;
@@ -317,8 +318,10 @@ TEST(DriftCharts, StatesNoRateOfACreepThatWasWatchedForTwoDays) {
   ASSERT_TRUE(chart.trend);
   ASSERT_EQ(chart.trend->shape, DriftShape::kCreep);
   EXPECT_FALSE(chart.trend->has_rate());
-  EXPECT_EQ(trend_words(chart).find("month"), std::string::npos) << trend_words(chart);
-  EXPECT_NE(trend_words(chart).find("shift of "), std::string::npos) << trend_words(chart);
+  EXPECT_EQ(words(trend_phrase(chart)).find("month"), std::string::npos)
+      << words(trend_phrase(chart));
+  EXPECT_NE(words(trend_phrase(chart)).find("shift of "), std::string::npos)
+      << words(trend_phrase(chart));
   EXPECT_TRUE(drift_chart(checks_of(150, creep(0.1, 20.0))).trend->has_rate());
 }
 
