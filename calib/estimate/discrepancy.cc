@@ -384,10 +384,15 @@ IntegratedRows::IntegratedRows(const Problem& problem, const Eigen::VectorXd& u,
 
 double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_dof) {
   const Eigen::MatrixXd postures = postures_of(problem);
-  const auto touches = some_of(problem, postures, touches_in(e.posterior.linear));
+  const auto touches =
+      some_of(problem, postures, touches_in(mean_rows(problem, e.posterior.linear).linear));
   if (touches.size() < 3 || !(chi2_per_dof > 0.0)) return 0.0;
   const std::vector<Row> rows = rows_of(problem, e.u, touches);
-  const Linearisation linear = linearise(problem, e.u, only(touches, problem.touches().size()));
+  std::vector<bool> places(e.use.size(), false), with_repeats = e.use;
+  for (const std::size_t i : touches) places[problem.first_of_place(i)] = true;
+  for (std::size_t i = 0; i < e.use.size(); ++i)
+    if (!places[problem.first_of_place(i)]) with_repeats[i] = false;
+  const Linearisation linear = mean_rows(problem, linearise(problem, e.u, with_repeats)).linear;
   const Eigen::VectorXd r = linear.residual.head(linear.length_row);
   const Eigen::MatrixXd left =
       left_by_fit(linear.jacobian.topRows(linear.length_row), e.posterior.covariance_u);
@@ -410,7 +415,8 @@ double undetected_field_m(const Problem& problem, const Estimate& e, const Repea
   for (const auto& [touch, row] : e.posterior.linear.touch_row) {
     const Target& target =
         problem.cell().targets[problem.cell().target_index(problem.touches()[touch].target)];
-    ripple += std::pow(e.levels.ripple_rad * problem.joint_lever_m(touch), 2);
+    ripple +=
+        std::pow(e.levels.ripple_rad * problem.joint_lever_m(touch), 2) / repeats.times[touch];
     usual += std::pow(target.kind == TargetKind::kTracker ? kUsualTrackerNoiseM : kUsualNoiseM, 2);
     count += 1.0;
   }

@@ -112,7 +112,8 @@ LevelSums::LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Lin
 }
 
 void LevelSums::add(const Problem& problem, const Linearisation& rows) {
-  for (Gathered& g : gathered_) gather(problem, rows, groups_, g);  // (34)
+  const MeanRows mean = mean_rows(problem, rows);
+  for (Gathered& g : gathered_) gather(problem, mean, groups_, g);  // (34)
 }
 
 namespace {

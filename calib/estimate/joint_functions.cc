@@ -32,7 +32,7 @@ constexpr Eigen::Index kFewestRows = 3;
 /// (variance), are not analysed further.
 constexpr double kTestedSigmas = 2.0, kTestedScatter = 4.0;
 
-/// Rows of some touches in metres.
+/// Rows of some places in metres; repeats of a place are one row, their mean.
 struct SizedRows {
   RowMajor plain;              ///< by the unknowns
   Eigen::VectorXd residual_m;  ///< at the estimate
@@ -40,18 +40,23 @@ struct SizedRows {
   std::vector<int> taken;  ///< of the linearisation
 };
 
+/// The used touches of all places, or of some that are spread over them.
 std::vector<bool> spread_rows(const Problem& problem, const std::vector<bool>& use) {
-  std::vector<std::size_t> used;
+  std::vector<std::size_t> places;  // first touches
+  std::vector<bool> known(use.size(), false), chosen = known, some = known;
   std::size_t rows = 0;
-  for (std::size_t i = 0; i < use.size(); ++i)
-    if (use[i]) {
-      used.push_back(i);
-      rows += static_cast<std::size_t>(problem.place_rows(i));
-    }
-  std::vector<bool> some(use.size(), false);
+  for (std::size_t i = 0; i < use.size(); ++i) {
+    const std::size_t first = problem.first_of_place(i);
+    if (!use[i] || known[first]) continue;
+    known[first] = true;
+    places.push_back(first);
+    rows += static_cast<std::size_t>(problem.place_rows(i));
+  }
   const std::size_t wanted =
-      rows <= kMostRowsOfSizes ? used.size() : kMostRowsOfSizes * used.size() / rows;
-  for (std::size_t k = 0; k < wanted; ++k) some[used[k * used.size() / wanted]] = true;
+      rows <= kMostRowsOfSizes ? places.size() : kMostRowsOfSizes * places.size() / rows;
+  for (std::size_t k = 0; k < wanted; ++k) chosen[places[k * places.size() / wanted]] = true;
+  for (std::size_t i = 0; i < use.size(); ++i)
+    some[i] = use[i] && chosen[problem.first_of_place(i)];
   return some;
 }
 
@@ -93,7 +98,8 @@ std::vector<int> place_rows(const Problem& problem, const Linearisation& at,
 }
 
 SizedRows sized_rows(const Problem& problem, const Estimate& e) {
-  const Linearisation& at = e.posterior.linear;
+  const MeanRows mean = mean_rows(problem, e.posterior.linear);
+  const Linearisation& at = mean.linear;
   const std::vector<bool> some = spread_rows(problem, e.use);
   SizedRows rows{{}, {}, {}, {}, {}, place_rows(problem, at, some)};
   const auto n = static_cast<Eigen::Index>(rows.taken.size());
@@ -101,9 +107,10 @@ SizedRows sized_rows(const Problem& problem, const Estimate& e) {
   Eigen::Index next = 0;
   for (const auto& [touch, row] : at.touch_row)
     for (int k = 0; some[touch] && k < problem.place_rows(touch); ++k, ++next) {
-      rows.sigma_m[next] = problem.sigma_m(touch);
-      rows.own_m2[next] = std::pow(problem.own_sigma_m(touch), 2);
-      rows.lever2_m2[next] = std::pow(problem.joint_lever_m(touch), 2);
+      const double times = mean.times[touch];
+      rows.sigma_m[next] = problem.sigma_m(touch) / std::sqrt(times);
+      rows.own_m2[next] = std::pow(problem.own_sigma_m(touch), 2) / times;
+      rows.lever2_m2[next] = std::pow(problem.joint_lever_m(touch), 2) / times;
     }
   rows.plain = rows.sigma_m.asDiagonal() * at.jacobian(rows.taken, Eigen::all);
   rows.residual_m = rows.sigma_m.cwiseProduct(at.residual(rows.taken));
@@ -133,7 +140,8 @@ struct Band {
 std::vector<Band> bands_of(const Problem& problem, const SizedRows& rows, const Estimate& e,
                            bool fast) {
   std::vector<Band> bands;
-  for (const RowsOfJoint& all : rows_by_joint(problem, e)) {
+  for (const RowsOfJoint& all :
+       rows_by_joint(problem, e.u, mean_rows(problem, e.posterior.linear))) {
     bands.push_back({all.joint, fast, fast ? kUsualFastRad : kUsualFunctionRad, {}});
     bands.back().waves = waves_of(
         {all.joint, rows.sigma_m.cwiseProduct(all.lever(rows.taken)), all.angle_rad(rows.taken)},
@@ -232,7 +240,8 @@ bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e) {
   if (rows.residual_m.size() < kFewestRows) return false;
   richer.set_ripple(e.levels.ripple_rad);
   const std::vector<bool> some = spread_rows(richer, e.use);
-  const Linearisation at = linearise(richer, carried_over(plain, richer, e.u), some);
+  const Linearisation at =
+      mean_rows(richer, linearise(richer, carried_over(plain, richer, e.u), some)).linear;
   const Eigen::MatrixXd added =
       rows.sigma_m.asDiagonal() *
       at.jacobian(place_rows(richer, at, some), carried(plain, richer).added);

@@ -73,9 +73,10 @@ struct RowsOfJoint {
   Eigen::VectorXd angle_rad;  ///< per row: the joint's angle
 };
 
-/// Rows of the joints that turn, over the touches' rows of the estimate's linearisation, whitened. The
-/// bending of the tool, and rows of rotations, are left out.
-std::vector<RowsOfJoint> rows_by_joint(const Problem& problem, const Estimate& e);
+/// Rows of the joints that turn, whitened as those of the linearisation at u. The bending of the tool,
+/// and rows of rotations, are left out.
+std::vector<RowsOfJoint> rows_by_joint(const Problem& problem, const Eigen::VectorXd& u,
+                                       const MeanRows& mean);
 
 /// lever times cosine and sine of the orders from `lowest` to `highest`: 2 columns per order.
 Eigen::MatrixXd waves_of(const RowsOfJoint& rows, int lowest, int highest);

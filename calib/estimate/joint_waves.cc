@@ -9,20 +9,22 @@
 
 namespace cellcal::calib {
 
-std::vector<RowsOfJoint> rows_by_joint(const Problem& problem, const Estimate& e) {
+std::vector<RowsOfJoint> rows_by_joint(const Problem& problem, const Eigen::VectorXd& u,
+                                       const MeanRows& mean) {
   const Robot& robot = problem.arm().robot();
-  const Linearisation& linear = e.posterior.linear;
+  const Linearisation& linear = mean.linear;
   std::vector<RowsOfJoint> all;
   for (std::size_t j = robot.first_turning(); j < robot.joints.size(); ++j)
     all.push_back(
         {j, Eigen::VectorXd::Zero(linear.length_row), Eigen::VectorXd::Zero(linear.length_row)});
-  const Eigen::VectorXd x = problem.to_si(e.u);
+  const Eigen::VectorXd x = problem.to_si(u);
   const Problem::At at = problem.at(x.data());
   ArmChain chain;
   for (const auto& [touch, row] : linear.touch_row) {
     problem.arm().walk(problem.pose(touch), at.arm, chain);
     Eigen::Matrix3d along = Eigen::Matrix3d::Identity();
     const int count = problem.place_rows(touch);
+    const double sigma_m = problem.sigma_m(touch) / std::sqrt(mean.times[touch]);
     if (count == 1) {
       double residual_m = 0.0;
       Eigen::Vector3d direction;
@@ -32,8 +34,7 @@ std::vector<RowsOfJoint> rows_by_joint(const Problem& problem, const Estimate& e
     for (RowsOfJoint& one : all) {
       const ArmChain::Link& link = chain.link[one.joint];
       const Eigen::Vector3d moves = link.z.cross(chain.tip - link.z_origin);
-      one.lever.segment(row, count) =
-          along.leftCols(count).transpose() * moves / problem.sigma_m(touch);
+      one.lever.segment(row, count) = along.leftCols(count).transpose() * moves / sigma_m;
       one.angle_rad.segment(row, problem.rows(touch))
           .setConstant(problem.touches()[touch].joint_rad[one.joint]);
     }
@@ -80,7 +81,7 @@ struct Wave {
 /// unknowns marginalised: scatter times 1 - known known'.
 class Remainder {
  public:
-  Remainder(const Problem& problem, const Estimate& e);
+  Remainder(const Problem& problem, const Estimate& e, const MeanRows& mean);
 
   /// Number of candidates.
   double candidates() const {
@@ -111,9 +112,9 @@ class Remainder {
   double degrees_ = 0.0;
 };
 
-Remainder::Remainder(const Problem& problem, const Estimate& e)
-    : joints_(rows_by_joint(problem, e)) {
-  const Linearisation& at = e.posterior.linear;
+Remainder::Remainder(const Problem& problem, const Estimate& e, const MeanRows& mean)
+    : joints_(rows_by_joint(problem, e.u, mean)) {
+  const Linearisation& at = mean.linear;
   const Eigen::Index rows = at.length_row;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(problem.size(), problem.size());
   add_square(1.0, at.jacobian.transpose(), information);
@@ -208,7 +209,7 @@ void add_wave(const Wave& wave, std::vector<JointWave>& waves) {
 
 FoundWaves find_waves(const Problem& problem, const Estimate& e) {
   FoundWaves found{problem.arm().robot()};
-  Remainder left(problem, e);
+  Remainder left(problem, e, mean_rows(problem, e.posterior.linear));
   const double required = std::log(left.candidates()) + kGainOfWave;
   while (found.count < kMostWaves) {
     poll_cancelled();

@@ -43,7 +43,8 @@ Groups::Groups(const Problem& problem) {
   }
 }
 
-void gather(const Problem& problem, const Linearisation& at, const Groups& groups, Gathered& g) {
+void gather(const Problem& problem, const MeanRows& mean, const Groups& groups, Gathered& g) {
+  const Linearisation& at = mean.linear;
   // From the weights of the linearisation to those of this ripple.
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(at.residual.size());
   for (const auto& [touch, row] : at.touch_row) {
@@ -74,7 +75,7 @@ void gather(const Problem& problem, const Linearisation& at, const Groups& group
     }
   });
   Gathered& all = sums[0];
-  g.square += all.square;
+  g.square += all.square + mean.differences;
   for (std::size_t part = 1; part < sums.size(); ++part) {
     all.gram += sums[part].gram;
     all.gradient += sums[part].gradient;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/estimate/problem.h"
+#include "calib/estimate/repeats.h"
 #include "calib/estimate/solve.h"
 #include "calib/model/linear.h"
 #include "calib/result/level.h"
@@ -38,8 +39,8 @@ struct Gathered {
   double square = 0.0, log_weight = 0.0;
 };
 
-/// Adds the rows of `at`, reweighted from the problem's ripple to that of `g`.
-void gather(const Problem& problem, const Linearisation& at, const Groups& groups, Gathered& g);
+/// Adds the rows of `mean`, reweighted from the problem's ripple to that of `g`.
+void gather(const Problem& problem, const MeanRows& mean, const Groups& groups, Gathered& g);
 
 /// One level's Gauss-Newton step from u and its evidence. `bearing`: compliance and play, where the
 /// level has them.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <variant>
 
 #include "calib/estimate/parallel.h"
@@ -149,6 +150,9 @@ void Problem::resize(std::size_t count) {
   closing_m_s_.resize(count);
   own_sigma_m_.resize(count);
   times_.resize(count, 1);
+  const std::size_t before = std::min(first_.size(), count);
+  first_.resize(count);
+  std::iota(first_.begin() + static_cast<std::ptrdiff_t>(before), first_.end(), before);
   sigma_m_.resize(count);
 }
 
@@ -249,8 +253,9 @@ void Problem::add_lengths() {
   }
 }
 
-void Problem::set_repeats(std::vector<int> times, double sigma_m) {
+void Problem::set_repeats(std::vector<int> times, std::vector<std::size_t> first, double sigma_m) {
   times_ = std::move(times);
+  first_ = std::move(first);
   set_noise(sigma_m);
 }
 

@@ -112,8 +112,11 @@ class Problem {
   void set_ripple(double ripple_rad);
   /// Sets repeats. `times[i]`: number of touches at the posture of touch i. They share the ripple, so
   /// that their mean has that of one: each counts as if its ripple were larger by the root of the
-  /// number. Replaces previous repeats. `sigma_m`: as in set_noise().
-  void set_repeats(std::vector<int> times, double sigma_m);
+  /// number. `first[i]`: the first touch of the same place. Replaces previous repeats. `sigma_m`: as in
+  /// set_noise().
+  void set_repeats(std::vector<int> times, std::vector<std::size_t> first, double sigma_m);
+  /// The first touch that repeats the same place; the touch itself without repeats.
+  std::size_t first_of_place(std::size_t touch) const { return first_[touch]; }
   /// Noise of the touches that state none, later ones included.
   void set_noise(double sigma_m);
   /// Change of the residual [m] by one radian of independent noise in every joint, root sum of
@@ -163,8 +166,9 @@ class Problem {
   std::vector<int> block_of_;
   std::vector<std::size_t> target_of_;
   std::vector<double> own_sigma_m_, sigma_m_, lever_m_, closing_m_s_;
-  std::vector<int> times_;  ///< number of touches at the posture of each, itself included
-  double usual_sigma_m_;    ///< noise of touches that state none
+  std::vector<int> times_;          ///< number of touches at the posture of each, itself included
+  std::vector<std::size_t> first_;  ///< of the touches at the place of each
+  double usual_sigma_m_;            ///< noise of touches that state none
   std::vector<Length> lengths_;
   std::vector<int> block_of_target_;
   double ripple_rad_ = 0.0;

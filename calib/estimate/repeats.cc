@@ -70,6 +70,8 @@ Repeats find_repeats(const Problem& problem) {
   const auto touches = problem.touches();
   Repeats result;
   result.times.assign(touches.size(), 1);
+  result.first.resize(touches.size());
+  std::iota(result.first.begin(), result.first.end(), std::size_t{0});
   for (const std::vector<std::size_t>& group : groups_of(touches, same_posture))
     for (const std::size_t i : group) result.times[i] = static_cast<int>(group.size());
   result.used_m = problem.cell().touch_sigma_m;
@@ -79,6 +81,7 @@ Repeats find_repeats(const Problem& problem) {
   const Problem::At at = problem.at(nominal.data());
   for (const std::vector<std::size_t>& group : groups_of(touches, same_place)) {
     result.touches += static_cast<int>(group.size());
+    for (const std::size_t i : group) result.first[i] = group.front();
     std::vector<std::size_t> measured;
     for (const std::size_t i : group)
       if (!(touches[i].sigma_m > 0.0) &&
@@ -130,8 +133,49 @@ Repeats find_repeats(const Problem& problem) {
 
 Repeats weigh_repeats(Problem& problem) {
   Repeats repeats = find_repeats(problem);
-  problem.set_repeats(repeats.times, repeats.used_m);
+  problem.set_repeats(repeats.times, repeats.first, repeats.used_m);
   return repeats;
+}
+
+MeanRows mean_rows(const Problem& problem, const Linearisation& at) {
+  MeanRows of{at, std::vector<int>(problem.touches().size(), 1)};
+  if (problem.field_m() > 0.0) return of;                  // rows of correlated touches
+  std::vector<std::vector<int>> rows_at(of.times.size());  // per first touch of a place
+  for (const auto& [touch, row] : at.touch_row)
+    rows_at[problem.first_of_place(touch)].push_back(row);
+  of.linear.touch_row.clear();
+  int next = 0;
+  for (const auto& [touch, row] : at.touch_row) {
+    const std::vector<int>& rows = rows_at[problem.first_of_place(touch)];
+    of.times[touch] = static_cast<int>(rows.size());
+    if (row != rows.front()) continue;
+    const int count = problem.rows(touch);
+    auto r = of.linear.residual.segment(next, count);
+    auto j = of.linear.jacobian.middleRows(next, count);
+    r = at.residual.segment(row, count);
+    j = at.jacobian.middleRows(row, count);
+    if (rows.size() > 1) {
+      for (auto other = rows.begin() + 1; other != rows.end(); ++other) {
+        r += at.residual.segment(*other, count);
+        j += at.jacobian.middleRows(*other, count);
+      }
+      const double to_noise = problem.sigma_m(touch) / problem.own_sigma_m(touch);
+      for (const int each : rows)
+        of.differences += std::pow(to_noise, 2) *
+                          (at.residual.segment(each, count) - r / of.times[touch]).squaredNorm();
+      r /= std::sqrt(of.times[touch]);
+      j /= std::sqrt(of.times[touch]);
+    }
+    of.linear.touch_row.emplace_back(touch, next);
+    next += count;
+  }
+  const Eigen::Index lengths = at.residual.size() - at.length_row;
+  of.linear.length_row = next;
+  of.linear.residual.conservativeResize(next + lengths);
+  of.linear.residual.tail(lengths) = at.residual.tail(lengths);
+  of.linear.jacobian.conservativeResize(next + lengths, Eigen::NoChange);
+  of.linear.jacobian.bottomRows(lengths) = at.jacobian.bottomRows(lengths);
+  return of;
 }
 
 std::vector<Touch> of_one_tool_per_posture(const std::vector<Touch>& touches) {

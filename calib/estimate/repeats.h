@@ -4,10 +4,12 @@
 // mean still includes one ripple. Readings of several tools at one posture (reflectors of a tracker)
 // share it likewise.
 
+#include <Eigen/Core>
 #include <span>
 #include <vector>
 
 #include "calib/estimate/problem.h"
+#include "calib/estimate/solve.h"
 
 namespace cellcal::calib {
 
@@ -19,8 +21,10 @@ constexpr double kNoFigureShare = 0.25;
 struct Repeats {
   /// Per touch: fit touches at its posture, whatever the tool, load and target; itself included.
   std::vector<int> times;
-  int touches = 0;                  ///< number of repeats
-  double scatter_m = 0.0;           ///< 1 sigma of one of them about its group's mean, pooled
+  std::vector<std::size_t>
+      first;               ///< per touch: the first fit touch of its place; itself without repeats
+  int touches = 0;         ///< number of repeats
+  double scatter_m = 0.0;  ///< 1 sigma of one of them about its group's mean, pooled
   double degrees_of_freedom = 0.0;  ///< of the scatter; 0: not measured
   double used_m = 0.0;              ///< noise of a touch that states none: stated and measured
 };
@@ -28,6 +32,16 @@ struct Repeats {
 /// Repeats among the fit touches. Touches that state their own sigma are not evaluated, nor are
 /// identical rows, which are copies.
 Repeats find_repeats(const Problem& problem);
+/// A linearisation with one row of each place for those of its repeats: their mean, times the root of
+/// their number. The mean has the ripple of one touch, the differences have none, (24a).
+struct MeanRows {
+  Linearisation linear;
+  std::vector<int> times;  ///< per touch of `linear`: repeats of its place in use, itself included
+  double differences =
+      0.0;  ///< of the repeats, from their means, whitened by the noise alone: sum of squares
+};
+/// `at` as it is under a discrepancy, which correlates its rows.
+MeanRows mean_rows(const Problem& problem, const Linearisation& at);
 /// Sets the weights of `problem` by find_repeats() and returns its result.
 Repeats weigh_repeats(Problem& problem);
 /// Touches without those that share a posture with one of another tool, load or target. They share its errors,

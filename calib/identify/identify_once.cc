@@ -139,9 +139,10 @@ double log_evidence(const Problem& problem, const Estimate& e, double gate) {
 void fill_fit(const Problem& problem, const Estimate& e, const Repeats& repeats, Calibration& c) {
   double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
   const Eigen::VectorXd alone = residuals_alone(e.posterior);
+  const MeanRows mean = mean_rows(problem, e.posterior.linear);
+  sum = mean.linear.residual.head(mean.linear.length_row).squaredNorm() + mean.differences;  // (28)
   for (const auto& [touch, row] : e.posterior.linear.touch_row)
     for (int k = 0; k < problem.rows(touch); ++k) {
-      sum += std::pow(e.posterior.linear.residual[row + k], 2);  // (28)
       held += 1.0 - e.posterior.leverage[row + k];
       if (k >= problem.place_rows(touch)) continue;  // rotations are no distances
       noise += std::pow(alone[row + k] * problem.sigma_m(touch), 2);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/evidence.h"
 #include "calib/estimate/start.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
@@ -184,6 +185,61 @@ TEST(Repeats, WeighTheTouchesByWhatTheyMeasured) {
   all.level = ModelLevel{};
   EXPECT_GT(identify_single_pass(demo_cell(), touches, all).chi2_per_dof, 5.0)
       << "a sigma that a touch states is its own";
+}
+
+TEST(Repeats, SpeakForRippleAsTheirMeanDoes) {
+  const ArmModel arm(demo_cell().robot, demo_cell().tool);
+  const auto gain = [&](int times, double offset_m) {
+    auto touches = repeated(60, times, 0.0);
+    const sim::Truth truth = plain_truth(demo_cell(), 1);
+    Random random(5);
+    for (std::size_t i = 0; i < 60; ++i) {  // an error of the posture
+      const double off_m = offset_m * random.normal();
+      for (int k = 0; k < times; ++k)
+        push_out(touches[i + 60 * static_cast<std::size_t>(k)], truth, off_m);
+    }
+    const std::vector<Touch> once(touches.begin(), touches.begin() + 60);
+    Problem problem(demo_cell(), arm, touches, starting_places(demo_cell(), arm, once));
+    weigh_repeats(problem);
+    problem.set_noise(3e-5 * std::sqrt(times));
+    const Eigen::VectorXd u = Eigen::VectorXd::Zero(problem.size());
+    const Linearisation at = linearise(problem, u, std::vector<bool>(touches.size(), true));
+    const auto log_evidence = [&](double ripple_rad) {
+      const ModelLevel level{1.0, 1.0, ripple_rad};
+      return LevelSums(problem, u, at, std::span(&level, 1)).log_evidence();
+    };
+    return log_evidence(3e-5) - log_evidence(0.0);
+  };
+  for (const double offset_m : {0.0, 5e-5}) {
+    const double once = gain(1, offset_m);
+    EXPECT_NEAR(gain(4, offset_m), once, 1e-3 * std::abs(once)) << offset_m;
+  }
+  EXPECT_GT(gain(4, 5e-5), gain(4, 0.0) + 1.0);
+}
+
+TEST(Repeats, AreOneRowOfTheirMeanAndTheDifferencesFromIt) {
+  const ArmModel arm(demo_cell().robot, demo_cell().tool);
+  const auto touches = repeated(40, 3, 3e-5);
+  Problem problem(demo_cell(), arm, touches, starting_places(demo_cell(), arm, touches));
+  const Eigen::VectorXd u = Eigen::VectorXd::Zero(problem.size());
+  std::vector<bool> use(touches.size(), true);
+  use[0] = use[41] = use[81] = false;  // an outlier; two of one place
+  EXPECT_EQ(mean_rows(problem, linearise(problem, u, use)).linear.touch_row.size(), 117U)
+      << "repeats not sought yet";
+  weigh_repeats(problem);
+  const Linearisation at = linearise(problem, u, use);
+  const MeanRows mean = mean_rows(problem, at);
+  EXPECT_EQ(mean.linear.touch_row.size(), 40U);
+  EXPECT_EQ(mean.times[2], 3);
+  EXPECT_EQ(mean.times[40], 2) << "the first is not in use";
+  EXPECT_EQ(mean.times[1], 1);
+  const auto touched = at.residual.head(at.length_row);
+  EXPECT_NEAR(mean.linear.residual.head(mean.linear.length_row).squaredNorm() + mean.differences,
+              touched.squaredNorm(), 1e-9 * touched.squaredNorm());
+  EXPECT_NEAR(mean.differences / (2 * 38 + 1) * std::pow(problem.own_sigma_m(0) / 3e-5, 2), 1.0,
+              0.4);
+  EXPECT_EQ(mean.linear.residual.tail(mean.linear.residual.size() - mean.linear.length_row),
+            at.residual.tail(at.residual.size() - at.length_row));
 }
 
 TEST(Repeats, DoNotAverageTheRippleOfTheirPlaceAway) {
