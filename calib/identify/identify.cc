@@ -29,9 +29,8 @@ bool is_moved(const std::vector<MovedTarget>& moved, const std::string& target) 
   return std::ranges::find(moved, target, &MovedTarget::target) != moved.end();
 }
 
-/// True if a move of the target is measurable as the distance of two centres.
-bool has_two_centres(const Cell& cell, const std::string& target) {
-  return has_a_centre(cell.targets[cell.target_index(target)].kind);
+bool has_two_places(const Cell& cell, const std::string& target) {
+  return has_two_places(cell.targets[cell.target_index(target)].kind);
 }
 
 /// Confirms a move that was found while certified lengths held the targets, by a search without
@@ -103,10 +102,10 @@ bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
   return true;
 }
 
-/// For targets without a centre: true if a move is likelier than an unmodelled error of the arm.
+/// For planes: true if a move is likelier than an unmodelled error of the arm.
 bool likelier_than_model_error(const Cell& cell, const std::vector<Touch>& touches,
                                const IdentifyOptions& options, const MovedTarget& moved) {
-  if (has_two_centres(cell, moved.target)) return true;
+  if (has_two_places(cell, moved.target)) return true;
   const TwoPlaces two = as_two(cell, touches, moved.target, moved.after_touch);
   return log_evidence_with_model(two.cell, two.touches, options) >
          log_evidence_with_model(cell, touches, options) + kConfirmedOdds;
@@ -145,7 +144,8 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
   options.with_discrepancy = true;
   std::optional<Calibration> estimated = tried(cell, touches, options);
   if (!estimated) return stated;
-  if (has_functions(stated.cell.robot) && !(estimated->log_evidence > stated.log_evidence)) return stated;
+  if (has_functions(stated.cell.robot) && !(estimated->log_evidence > stated.log_evidence))
+    return stated;
   estimated->discrepancy.alike = stated.discrepancy.alike;
   if (estimated->verdict.publish() || stated.verdict.publish()) return std::move(*estimated);
   for (const Finding& one : estimated->verdict.findings) {
@@ -179,7 +179,7 @@ Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches
   const bool moved = moved_alone(causes);
   if (!moved) calibration.moved.clear();
   for (const Cause& cause : causes)
-    if (moved && has_two_centres(cell, cause.moved->target) &&
+    if (moved && has_two_places(cell, cause.moved->target) &&
         !is_moved(calibration.moved, cause.moved->target))
       calibration.moved.push_back(*cause.moved);
   confirm_moves(cell, touches, options, covered_m(calibration), calibration);

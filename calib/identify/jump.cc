@@ -109,25 +109,37 @@ double log_evidence_of(const std::optional<Calibration>& c) {
   return c ? c->log_evidence : -std::numeric_limits<double>::infinity();
 }
 
-/// Displacement of a target that is taken as two: from its first to its later position.
+/// Displacement of a target that is taken as two: from its first to its later place; of a tracker, of
+/// the middle of its later readings.
 struct Shift {
   Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
 
   Shift(const Calibration& two, const std::string& target, const std::string& later) {
+    const TargetResult &there = place(two, later), &here = place(two, target);
+    const Eigen::Vector3d before_m = here.kind == TargetKind::kTracker
+                                         ? here.frame * (there.frame.inverse() * there.centre_m)
+                                         : here.centre_m;
+    by_m = there.centre_m - before_m;
     Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
-    for (const auto& [id, sign] : {std::pair(target, -1.0), std::pair(later, 1.0)})
-      for (int axis = 0; axis < 3; ++axis) {
-        const ParameterResult* p =
-            find(two, target_parameter(ParameterKind::kCentre, two.cell.target_index(id), axis));
-        if (p == nullptr) continue;
-        by(axis, p - two.parameters.data()) = sign;
-        by_m[axis] += sign * (p->nominal + p->correction);
-      }
+    const auto add = [&](const std::string& id, ParameterKind kind, int axis,
+                         const Eigen::Vector3d& moves) {
+      const ParameterResult* p = find(two, target_parameter(kind, two.cell.target_index(id), axis));
+      if (p != nullptr) by.col(p - two.parameters.data()) = moves;
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d along = Eigen::Vector3d::Unit(axis);
+      add(later, ParameterKind::kCentre, axis, along);
+      add(target, ParameterKind::kCentre, axis, -along);
+      add(target, ParameterKind::kTurn, axis, -along.cross(before_m - here.centre_m));
+    }
     covariance_m2 =
         by * two.covariance * by.transpose() + kCreepM * kCreepM * Eigen::Matrix3d::Identity();
   }
 
+  static const TargetResult& place(const Calibration& c, const std::string& id) {
+    return *std::ranges::find(c.targets, id, &TargetResult::id);
+  }
   double squared_sigmas() const { return by_m.dot(covariance_m2.ldlt().solve(by_m)); }  // (60)
   double sigma_m() const { return std::sqrt(by_m.dot(covariance_m2 * by_m)) / by_m.norm(); }
 };
@@ -337,9 +349,7 @@ class JumpSearch {
     TwoPlaces two = as_two(cell_, touches_, target, after_touch);
     const std::optional<Calibration> free = tried(two.cell, two.touches, options_);
     if (!free) return {};
-    Eigen::Vector3d there = Eigen::Vector3d::Zero();
-    for (const TargetResult& t : free->targets)
-      if (t.id == two.later) there = t.centre_m;
+    const Eigen::Vector3d there = Shift::place(*free, two.later).centre_m;
     two = as_two(cell_, touches_, target, after_touch, there, kUsualKnockM);
     const std::optional<Calibration> c = tried(two.cell, two.touches, options_);
     if (!c) return {};

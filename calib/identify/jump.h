@@ -1,7 +1,7 @@
 #pragma once
 // Jumps during a session: of one joint's zero (a belt or coupling that slipped, lost steps), of the
 // tip of the tool in the flange's frame (a collision of the tool), or of a target that was
-// displaced or crept; planes and trackers have no centre to compare. The estimate averages both
+// displaced or crept; planes have no place to compare. The estimate averages both
 // positions and distorts arm and targets slightly, and the kinds of jump resemble each other. They
 // are therefore compared by the likelihood of all touches with each of them undone.
 

@@ -114,8 +114,12 @@ Phrase or_lengths(const Finding& f, Phrase sentence) {
 }  // namespace
 
 Phrase moved_target(const Finding& f) {
-  return or_lengths(f, said("say.finding.moved_target", f,
-                            {{"by", shift({f.about, f.evidence})}, {"at", touch_of(f.about, f.evidence)}}));
+  // Its touches show the move of the tracker against the robot's foot.
+  const char* id = f.about.target_kind == TargetKind::kTracker ? "say.finding.moved_target.tracker"
+                                                               : "say.finding.moved_target";
+  return or_lengths(
+      f,
+      said(id, f, {{"by", shift({f.about, f.evidence})}, {"at", touch_of(f.about, f.evidence)}}));
 }
 
 Phrase jumped(const Finding& f) {

@@ -205,7 +205,7 @@ void JumpSequence::fill_columns(const Eigen::VectorXd& x) {
   Eigen::Index columns = own;
   for (const TargetBlock& block : problem_.blocks()) {
     const Target& target = levelled_.targets[block.target];
-    if (!has_a_centre(target.kind)) continue;
+    if (!has_two_places(target.kind)) continue;
     suspects_.push_back(
         {Jump::What::kTarget, target.id, block.target, columns, 3, kUsualKnockM, block.first});
     columns += 3;

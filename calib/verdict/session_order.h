@@ -29,6 +29,10 @@ void add_rank(std::span<const Touch> touches, std::size_t index, std::vector<Qua
 /// touches; indices, ascending.
 std::vector<std::size_t> share_of(std::span<const Touch> touches, std::size_t most);
 
+/// True if a move of a target of this kind is measurable as the distance of two places of it. A plane
+/// shows its move along the normal alone.
+constexpr bool has_two_places(TargetKind kind) { return kind != TargetKind::kPlane; }
+
 /// A session with a target that moved after one of its touches, as one of two targets: the later
 /// one within `sigma_m` of `centre_m`, or anywhere.
 struct TwoPlaces {

@@ -151,7 +151,7 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
     poll_cancelled();
     const std::vector<std::size_t>& own = sequence[b];
     const TargetBlock& block = problem.blocks()[b];
-    if (!has_a_centre(problem.cell().targets[block.target].kind)) continue;
+    if (!has_two_places(problem.cell().targets[block.target].kind)) continue;
     if (own.size() < 2 * kLeastEachSide) continue;
     MovedTarget suspect;
     suspect.target = problem.cell().targets[block.target].id;

@@ -232,18 +232,56 @@ TEST(Jump, IsNamedBesideAnErrorThatTheTouchesOfOnePostureShare) {
   EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, 0.1, 0.02);
 }
 
+TEST(Jump, OfATrackerIsNamedAsItsMoveWithSizeAndReadingNotAsAKnockedTool) {
+  const Cell cell = tracker_cell(0.02e-3);
+  const Eigen::Vector3d shift(0.2e-3, -0.3e-3, 0.1e-3);
+  const auto postures = workspace_poses(ArmModel(cell), 60, 7);
+  const auto read = [&](double turn_rad, const Eigen::Vector3d& by_m) {
+    const sim::Truth truth = plain_truth(demo_cell(), 3);
+    Random random(3);
+    std::vector<Touch> touches;
+    for (const JointVector& q : postures) {
+      Eigen::Vector3d tip = truth.arm.position(truth.arm.prepare(q), truth.errors.data());
+      if (touches.size() >= 30)
+        tip = Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitX()) * tip + by_m;
+      Touch touch;
+      touch.target = "T1";
+      touch.joint_rad = q;
+      for (int axis = 0; axis < 3; ++axis)
+        touch.tracker_m[axis] = tip[axis] + 0.02e-3 * random.normal();
+      touches.push_back(touch);
+    }
+    return identify(cell, touches);
+  };
+  const Calibration healthy = read(0.0, Eigen::Vector3d::Zero());
+  EXPECT_TRUE(healthy.moved.empty() && healthy.jumped.empty()) << words_of(healthy);
+  // By as much as the readings, to the other side: the place of the tracker in the base.
+  const Calibration moved = read(0.0, shift);
+  ASSERT_EQ(moved.moved.size(), 1U) << words_of(moved);
+  EXPECT_TRUE(moved.jumped.empty()) << words_of(moved);
+  EXPECT_FALSE(moved.verdict.publish());
+  EXPECT_EQ(moved.moved[0].after_touch, 29U);
+  EXPECT_LT((moved.moved[0].shift_m + shift).norm(), 6.0 * moved.moved[0].sigma_m);
+  EXPECT_LT(moved.moved[0].sigma_m, 0.05e-3);
+  EXPECT_NE(words_of(moved).find("tracker T1 or the robot's foot moved by "), std::string::npos)
+      << words_of(moved);
+  const Calibration turned = read(0.5e-3, Eigen::Vector3d::Zero());
+  ASSERT_EQ(turned.moved.size(), 1U) << words_of(turned);
+  EXPECT_TRUE(turned.jumped.empty()) << words_of(turned);
+}
+
 /// Functions of the joints' angles can absorb it where each posture is visited once.
 TEST(Jump, OfAnArmWithFunctionsIsNamedThoughEachPostureIsVisitedOnce) {
   const Cell cell = tracker_cell(0.02e-3);
-  const sim::Truth truth = testing::truth_with_waves({}, 8.0);
-  const Calibration healthy = identify(cell, ten_of_each(cell, truth, 0.05e-3, 2));
+  const sim::Truth truth = testing::truth_with_waves({}, 20.0);
+  const Calibration healthy = identify(cell, ten_of_each(cell, truth, 0.01e-3, 2));
   EXPECT_TRUE(testing::has_functions(healthy));
   EXPECT_TRUE(healthy.jumped.empty()) << words_of(healthy);
   EXPECT_TRUE(healthy.verdict.publish()) << words_of(healthy);
   const auto slips = [](std::size_t i, Touch& touch) {
-    if (i >= 120) touch.joint_rad[2] -= 0.05 * kRadPerDegree;
+    if (i >= 120) touch.joint_rad[2] -= 0.1 * kRadPerDegree;
   };
-  const Calibration c = identify(cell, ten_of_each(cell, truth, 0.05e-3, 2, slips));
+  const Calibration c = identify(cell, ten_of_each(cell, truth, 0.01e-3, 2, slips));
   EXPECT_TRUE(testing::has_functions(c));
   ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
   EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[2].name) << words_of(c);
