@@ -169,7 +169,8 @@ std::vector<Phrase> phrases(const DriftChart& chart) {
   std::vector<Phrase> lines{state_phrase(chart)};
   if (Phrase trend = trend_phrase(chart); !trend.empty()) lines.push_back(std::move(trend));
   if (Phrase advice = advice_phrase(chart); !advice.empty()) lines.push_back(std::move(advice));
-  if (chart.per_kelvin_m)
+  constexpr double kShownM = 0.05e-6;
+  if (chart.per_kelvin_m && chart.per_kelvin_m->norm() >= kShownM)
     lines.push_back({"say.drift.per_kelvin", {{"um", chart.per_kelvin_m->norm() * 1e6}}});
   constexpr double kMuchMore = 1.3;
   if (chart.noise > kMuchMore) lines.push_back({"say.drift.scatter", {{"times", chart.noise}}});

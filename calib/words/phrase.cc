@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -58,7 +59,12 @@ std::string words_of(const PhraseValue& value, const std::string& form,
   }
   if (const auto* number = std::get_if<std::int64_t>(&value.value))
     return fmt::format(fmt::runtime(pattern), *number);
-  return localised(fmt::format(fmt::runtime(pattern), std::get<double>(value.value)), language);
+  const double number = std::get<double>(value.value);
+  std::string text = fmt::format(fmt::runtime(pattern), number);
+  if (std::signbit(number) && text.find('0') != std::string::npos &&
+      text.find_first_of("123456789") == std::string::npos)
+    text = fmt::format(fmt::runtime(pattern), 0.0);  // no "-0.0"
+  return localised(std::move(text), language);
 } catch (const fmt::format_error&) {
   return words_of(value, "", language);  // a phrase from elsewhere may have a value of another type
 }

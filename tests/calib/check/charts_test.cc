@@ -396,6 +396,18 @@ TEST(DriftCharts, TakesOutWhatTheTemperatureDoesWhereItIsKnown) {
   EXPECT_EQ(drift_chart(checks).state, DriftState::kAlarms) << "where it is not known, it creeps";
 }
 
+TEST(DriftCharts, StatesATemperatureEffectThatIsNotZero) {
+  const auto states = [](double per_kelvin_m) {
+    DriftChart chart = drift_chart(checks_of(61, still));
+    chart.per_kelvin_m = Eigen::Vector3d(0.0, per_kelvin_m, 0.0);
+    const auto lines = words(chart);
+    return std::ranges::any_of(
+        lines, [](const std::string& line) { return line.find("um/K") != std::string::npos; });
+  };
+  EXPECT_FALSE(states(0.04e-6));
+  EXPECT_TRUE(states(0.06e-6));
+}
+
 TEST(DriftCharts, LearnsFromChecksWithoutATemperatureAndAdvisesToLetAColdArmWarmUp) {
   auto checks = checks_of(61, still);
   for (std::size_t k = 0; k < checks.size(); k += 2) checks[k].temperature_c = 21.0;

@@ -20,6 +20,14 @@ TEST(APhrase, HasItsValuesInTheFormAndWithTheDecimalMarkOfTheLanguage) {
   EXPECT_EQ(words(kOpen, kGerman), "2,50 V, weder offen (über 4,0 V) noch in Kontakt");
 }
 
+TEST(APhrase, HasNoZeroWithASign) {
+  const auto seen = [](double log) {
+    return words({"say.check.explanation", {{"percent", -0.01}, {"log", log}, {"what", "x"}}});
+  };
+  EXPECT_EQ(seen(-0.04), "  0.0 %  log likelihood     +0.0  x");
+  EXPECT_EQ(seen(-0.06), "  0.0 %  log likelihood     -0.1  x");
+}
+
 TEST(APhrase, ThatNoCatalogueHasStandsForItself) {
   EXPECT_EQ(words(Phrase("KSS29002 {fault}"), kGerman), "KSS29002 {fault}");
   EXPECT_FALSE(sentence_of("KSS29002 {fault}"));
