@@ -1,6 +1,7 @@
 #include "calib/files/csv.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <boost/locale/encoding_utf.hpp>
@@ -19,6 +20,40 @@ constexpr std::size_t kMaxColumns = 256;
 constexpr std::size_t kMaxLine = 1 << 16;
 
 std::string_view trim(std::string_view text) { return trimmed(text, " \t"); }
+
+bool is_comment(std::string_view line) {
+  line = trim(line);
+  return line.starts_with('#') || line.starts_with('%') || line.starts_with("//");
+}
+
+/// "X_mm", "x mm" and "X-mm" are one name.
+std::string plain_name(std::string_view text) {
+  std::string name = lower_case(text);
+  std::erase_if(name, [](char c) { return c == ' ' || c == '_' || c == '-'; });
+  return name;
+}
+
+/// Words that other programs put before or after a letter, and the names here.
+struct OtherWord {
+  std::string_view word, letters, name;
+};
+constexpr OtherWord kOtherWords[] = {{"p", "xyz", ""},        {"pos", "xyz", ""},
+                                     {"position", "xyz", ""}, {"coordinate", "xyz", ""},
+                                     {"measured", "xyz", ""}, {"measurement", "xyz", ""},
+                                     {"actual", "xyz", ""},   {"quat", "wxyz", "q"}};
+
+std::string name_here(std::string plain) {
+  if (plain == "timestamp") return "time";
+  for (const auto& [word, letters, name] : kOtherWords)
+    for (const char letter : letters)
+      if (plain == std::string(word) + letter || plain == letter + std::string(word))
+        return std::string(name) + letter;
+  return plain;
+}
+
+/// Words for a joint, in front of its number.
+constexpr std::string_view kJointWords[] = {"a",     "j",        "q",          "joint", "axis",
+                                            "theta", "\xCE\xB8", "jointangle", "achse", "gelenk"};
 
 bool is_utf8(std::string_view text) {
   for (std::size_t at = 0; at < text.size();) {
@@ -101,7 +136,7 @@ std::vector<std::string_view> first_lines(std::string_view text, std::size_t mos
     std::string_view line = trim(text.substr(0, end));
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     if (line.ends_with('\r')) line.remove_suffix(1);
-    if (!is_empty(line) && line.front() != '#') lines.push_back(line);
+    if (!is_empty(line) && !is_comment(line)) lines.push_back(line);
   }
   return lines;
 }
@@ -126,7 +161,10 @@ constexpr KnownUnit kUnits[] = {{"deg", "deg", 1.0},
                                 {"degrees", "deg", 1.0},
                                 {"\xC2\xB0", "deg", 1.0},
                                 {"rad", "deg", 180.0 / std::numbers::pi},
+                                {"radians", "deg", 180.0 / std::numbers::pi},
                                 {"mm", "mm", 1.0},
+                                {"cm", "mm", 10.0},
+                                {"inch", "mm", 25.4},
                                 {"um", "mm", 1e-3},
                                 {"\xC2\xB5m", "mm", 1e-3},
                                 {"\xCE\xBCm", "mm", 1e-3},
@@ -220,10 +258,14 @@ bool is_title(std::string_view line, std::string_view header, char separator) {
          std::ranges::none_of(roughly_split(header, separator), is_value);
 }
 
+/// At least one unit and no number.
 bool are_units(std::string_view line, char separator) {
-  return std::ranges::all_of(roughly_split(line, separator), [](std::string_view field) {
-    return field.empty() || known_unit(without_brackets(field)) != nullptr;
-  });
+  const auto fields = roughly_split(line, separator);
+  return std::ranges::any_of(fields,
+                             [](std::string_view field) {
+                               return known_unit(without_brackets(field)) != nullptr;
+                             }) &&
+         line.find_first_of("0123456789") == std::string_view::npos;
 }
 
 /// Guesses why the number of fields in a row differs from the number of columns.
@@ -326,34 +368,30 @@ CsvForm csv_form(std::string_view text, const std::string& name) {
 }
 
 bool CsvTable::Column::is(std::string_view wanted) const {
-  if (same_letters(name, wanted)) return true;
-  if (unit.empty() || wanted.size() < bare.size() ||
-      !same_letters(wanted.substr(0, bare.size()), bare))
-    return false;
-  const std::string_view rest = wanted.substr(bare.size());
-  if (rest.empty())  // a joint, or x_mm [mm]
-    return bare.ends_with("_" + unit) ? scale == 1.0 : unit == "deg";
-  return rest.front() == '_' && same_letters(rest.substr(1), unit);
+  const std::string asked = plain_name(wanted), ending = plain_name(unit);
+  if (plain_name(name) == asked) return true;
+  if (plain == asked)  // a joint, or x_mm [mm]
+    return unit.empty() || (plain.ends_with(ending) ? scale == 1.0 : unit == "deg");
+  return !unit.empty() && asked == plain + ending;
 }
 
 CsvTable::Column CsvTable::column_of(std::string_view field) const {
-  Column column{std::string(field), std::string(field), "", 1.0};
+  Column column{std::string(field), name_here(plain_name(field)), "", 1.0};
   const auto open = field.find_last_of("[(");
   if (open == std::string_view::npos || open == 0 || (field.back() != ']' && field.back() != ')'))
     return column;
-  if (const KnownUnit* unit = known_unit(trim(field.substr(open + 1, field.size() - open - 2)))) {
-    column.bare = trim(field.substr(0, open));
-    column.unit = unit->unit;
-    column.scale = unit->scale;
-  }
+  if (const KnownUnit* unit = known_unit(trim(field.substr(open + 1, field.size() - open - 2))))
+    column = {column.name, name_here(plain_name(field.substr(0, open))), unit->unit, unit->scale};
   return column;
 }
 
 CsvTable::Column CsvTable::by_suffix(const std::string& name) const {
-  const auto at = name.rfind('_');
+  const auto at = name.find_last_of("_ /");
   Column column = column_of(name);
   if (!column.unit.empty() || at == std::string::npos) return column;
-  column = column_of(name.substr(0, at) + " [" + name.substr(at + 1) + "]");
+  const auto end = name.find_last_not_of("_ /", at);
+  if (end == std::string::npos) return column;
+  column = column_of(name.substr(0, end + 1) + " [" + name.substr(at + 1) + "]");
   column.name = name;
   return column;
 }
@@ -390,8 +428,11 @@ CsvTable::CsvTable(std::string_view text, std::string name, const std::string& e
 void CsvTable::read_units(std::vector<std::string>& names) {
   next_row(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const KnownUnit* unit = known_unit(without_brackets(fields_[i]));
-    if (unit == nullptr) continue;
+    const std::string_view written = without_brackets(fields_[i]);
+    const KnownUnit* unit = known_unit(written);
+    if (written.empty() || written == "-") continue;
+    if (unit == nullptr)
+      fail_row(shown(names[i]) + ": unknown unit \"" + shown(written) + "\" in the row of units");
     const Column stated = by_suffix(names[i]);
     if (stated.unit.empty())
       names[i] += " [" + std::string(unit->written) + "]";
@@ -414,12 +455,13 @@ void CsvTable::read_header(std::string example) {
     fail_header(
         "the header row is missing: these are numbers, and the first row must name the columns, as "
         "in " +
-        example);
+        example + (header_line_ > 1 ? ". If it is in a comment above, remove the mark" : ""));
   }
   std::vector<std::string> names(fields_.begin(), fields_.end());
   if (form_.has_units_row) read_units(names);
   for (const std::string& field : names) {
-    if (field.empty()) fail_header("a column has no name");
+    if (field.empty())
+      fail_header(fmt::format("column {} has no name. Name or remove it", columns_.size() + 1));
     for (const Column& one : columns_)
       if (same_letters(one.name, field) || one.is(field))
         fail_header("column \"" + shown(field) + "\" stands twice");
@@ -434,6 +476,35 @@ int CsvTable::find(std::string_view column) const {
   for (std::size_t i = 0; i < columns_.size(); ++i)
     if (columns_[i].is(column)) return static_cast<int>(i);
   return -1;
+}
+
+void CsvTable::take_for_joints(const std::vector<std::string>& joints) {
+  std::vector<Column> taken(columns_.size());
+  std::ranges::transform(columns_, taken.begin(),
+                         [&](const Column& column) { return by_suffix(column.name); });
+  for (const std::string& joint : joints)
+    if (find(joint) >= 0 ||
+        std::ranges::any_of(taken, [&](const Column& one) { return one.is(joint); }))
+      return;
+  for (const std::string_view word : kJointWords)
+    for (const std::size_t first : {1, 0}) {
+      std::vector<std::size_t> at;
+      for (std::size_t k = 0; k < joints.size(); ++k) {
+        const auto one =
+            std::ranges::find(taken, std::string(word) + std::to_string(first + k), &Column::plain);
+        if (one != taken.end()) at.push_back(static_cast<std::size_t>(one - taken.begin()));
+      }
+      if (joints.empty() || at.size() != joints.size()) continue;
+      form_.reading += fmt::format("{}{} to {} as {} to {}", form_.reading.empty() ? "" : ", ",
+                                   columns_[at.front()].name, columns_[at.back()].name,
+                                   joints.front(), joints.back());
+      for (std::size_t k = 0; k < joints.size(); ++k) {
+        Column& column = columns_[at[k]] = taken[at[k]];
+        column.plain = plain_name(joints[k]);
+        if (column.unit.empty()) column.unit = "deg";
+      }
+      return;
+    }
 }
 
 void CsvTable::refuse_unknown(const std::vector<std::string>& known) {
@@ -452,9 +523,14 @@ void CsvTable::refuse_unknown(const std::vector<std::string>& known) {
     if (columns_.size() == 1 && column.name.find(' ') != std::string::npos)
       fail_header("the header is one field, \"" + shown(column.name) +
                   "\"; separate fields by , ; or tab");
-    std::string list;
-    for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-    fail_header("unknown column \"" + shown(column.name) + "\"; known here are: " + list);
+    for (const std::string& name : known)
+      for (const char* unit : {"deg", "mm"})
+        if (suffixed.unit.empty() && plain_name(name) == suffixed.plain + unit)
+          fail_header(
+              fmt::format("column \"{0}\" has no unit. Name it {1}, or {0} [m] and the like",
+                          shown(column.name), name));
+    fail_header(fmt::format("unknown column \"{}\". Rename or remove it; known here are: {}",
+                            shown(column.name), fmt::join(known, ", ")));
   }
 }
 
@@ -471,7 +547,7 @@ bool CsvTable::next_line(std::string_view& line) {
           return c == 0x7f || (static_cast<unsigned char>(c) < 0x20 && c != '\t');
         }))
       fail_row("NUL and other control characters cannot stand in this file");
-    if (!is_empty(line) && trim(line).front() != '#') return true;
+    if (!is_empty(line) && !is_comment(line)) return true;
   }
   return false;
 }
@@ -507,10 +583,12 @@ double CsvTable::number(int column) const {
   if (field.starts_with('+') && !field.starts_with("+-")) field.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  if (error != std::errc() || end != field.data() + field.size() || field.empty())
+  if (field.find_first_of("0123456789") == std::string_view::npos)
+    fail(column, "\"" + shown(text(column)) +
+                     "\" is not a number. Leave out rows in which nothing was measured");
+  if (error != std::errc() || end != field.data() + field.size())
     fail(column, "\"" + shown(text(column)) + "\" is not a number (the decimal mark is '" + mark +
                      "', with none between thousands)");
-  if (!std::isfinite(value)) fail(column, "must be a finite number");
   if (comma_line_ > 0 && point_line_ > 0)
     fail(column, "both decimal comma (line " + std::to_string(comma_line_) +
                      ") and decimal point (line " + std::to_string(point_line_) +

@@ -3,8 +3,9 @@
 // commas, '.' as the decimal mark), the forms of spreadsheets and measuring programs are accepted
 // where they are unambiguous: ';' or tab as separator, decimal comma, quotes, UTF-16, Windows-1252,
 // CR or CR CR LF line ends, "sep=;", a title line, trailing separators, empty rows, units in the
-// header (A1 [deg], x [mm], sigma_um) or in the row below it, names in any case, Unicode's minus and
-// no-break space. Messages: "FILE:LINE: COLUMN: error".
+// header (A1 [deg], x [mm], sigma_um, z / mm) or in the row below it, names in any case, with blanks or
+// underscores or without, and other usual ones (Px, J1), Unicode's minus and no-break space. Messages:
+// "FILE:LINE: COLUMN: error".
 
 #include <functional>
 #include <optional>
@@ -44,6 +45,11 @@ class CsvTable {
   const std::string& unit(int column) const {
     return columns_[static_cast<std::size_t>(column)].unit;
   }
+  /// Takes columns with another usual word, numbered from 1 or 0 (J1, "Joint 1 [rad]", q0), for the joints in this
+  /// order, where the table has all of them and none by its own name.
+  void take_for_joints(const std::vector<std::string>& joints);
+  /// As csv_form(), with columns taken for joints; empty: the plain form.
+  const std::string& reading() const { return form_.reading; }
   /// Throws naming the first column not in `known`, and the known ones. A column that only without
   /// its suffix is one of them (A1_rad, sigma_um) is taken for it.
   void refuse_unknown(const std::vector<std::string>& known);
@@ -65,12 +71,13 @@ class CsvTable {
  private:
   /// "A1 [deg]" is A1 in deg; 'scale' is that of the unit that names end in.
   struct Column {
-    std::string name, bare, unit;
+    std::string name;         ///< as in the file
+    std::string plain, unit;  ///< in the words of cellcal
     double scale = 1.0;
     bool is(std::string_view wanted) const;
   };
   Column column_of(std::string_view field) const;
-  /// With the unit in brackets or after the last '_'.
+  /// With the unit in brackets or after the last '_', blank or '/'.
   Column by_suffix(const std::string& name) const;
   bool next_line(std::string_view& line);
   bool next_row(std::size_t columns);

@@ -9,6 +9,7 @@
 #include <functional>
 #include <iterator>
 #include <optional>
+#include <ranges>
 
 #include "calib/files/csv.h"
 #include "calib/files/files.h"
@@ -61,9 +62,34 @@ Robot axes_of_positioner(const Robot& robot) {
 constexpr double kFarthestReadingM = 1e3;
 constexpr const char* kReading[] = {"x_mm", "y_mm", "z_mm"};
 constexpr const char* kTurns[] = {"a_deg", "b_deg", "c_deg"};
+constexpr const char* kQuaternion[] = {"qw", "qx", "qy", "qz"};
 constexpr const char* kApproach[] = {"approach_x", "approach_y", "approach_z"};
+
 /// A unit vector of six decimals has this norm; coarser values are still directions.
 constexpr double kUnitSlack = 0.01;
+
+std::array<int, 4> quaternion_columns(const CsvTable& table) {
+  std::array<int, 4> columns{};
+  std::ranges::transform(kQuaternion, columns.begin(),
+                         [&](const char* name) { return table.find(name); });
+  return columns;
+}
+
+/// The row's rotation as A, B, C [deg].
+std::array<double, 3> abc_of_quaternion(const CsvTable& table, const std::array<int, 4>& columns) {
+  std::array<double, 4> q{};
+  for (std::size_t k = 0; k < q.size(); ++k) {
+    if (columns[k] < 0)
+      table.fail_header(std::string(kQuaternion[k]) + ": missing; a quaternion is qw,qx,qy,qz");
+    q[k] = table.number(columns[k]);
+  }
+  const Eigen::Quaterniond turn(q[0], q[1], q[2], q[3]);
+  if (std::abs(turn.norm() - 1.0) > kUnitSlack)
+    table.fail(columns[0], fmt::format("qw,qx,qy,qz have length {:.3g}, but a quaternion of a "
+                                       "rotation has length 1",
+                                       turn.norm()));
+  return to_frame(Eigen::Isometry3d(turn.normalized())).abc_deg;
+}
 
 bool has_reading(const Touch& touch) {
   return touch.tracker_m[0] != 0.0 || touch.tracker_m[1] != 0.0 || touch.tracker_m[2] != 0.0;
@@ -77,12 +103,14 @@ std::string with_unit(const Joint& joint) { return joint.name + "_mm"; }
 /// Columns other than the joints', and how they are read.
 class TouchColumns {
  public:
-  explicit TouchColumns(const CsvTable& table) : table_(table) {
-    if (target_ < 0) table.fail_header("no column \"target\"; it names the target of each row");
+  TouchColumns(const CsvTable& table, const Cell& cell) : table_(table) {
+    const bool one_tracker =
+        cell.targets.size() == 1 && cell.targets[0].kind == TargetKind::kTracker;
+    if (target_ < 0 && !one_tracker) table.fail_header("no column \"target\"; it names the target of each row");
   }
 
   void read(const Cell& cell, Touch& touch) const {
-    touch.target = table_.text(target_);
+    touch.target = target_ < 0 ? cell.targets[0].id : table_.text(target_);
     TargetKind kind;
     try {
       kind = cell.targets[cell.target_index(touch.target)].kind;
@@ -113,8 +141,10 @@ class TouchColumns {
     if (stated(time_)) {
       touch.time = table_.text(time_);
       if (!seconds_of(touch.time))
-        table_.fail(time_, "\"" + shown(touch.time) +
-                               "\" is not an ISO 8601 time, such as 2024-09-24T10:00:00Z");
+        table_.fail(time_,
+                    "\"" + shown(touch.time) +
+                        "\" is not an ISO 8601 time, such as 2024-09-24T10:00:00Z. Without the "
+                        "column the rows' order counts");
       std::ranges::replace(touch.time, ',', '.');
     }
     if (stated(temperature_))
@@ -161,7 +191,8 @@ class TouchColumns {
         if (std::abs(touch.tracker_m[k]) > kFarthestReadingM)
           table_.fail(xyz_[k], "is out of range, -1e6 to 1e6");
       } else if (kind == TargetKind::kTracker) {
-        missing(kReading[k], "a touch of kind tracker needs its reading x_mm, y_mm, z_mm");
+        missing(kReading[k], "a touch of kind tracker needs its reading x_mm, y_mm, z_mm. Leave "
+                                "out rows in which nothing was measured");
       }
     }
   }
@@ -170,14 +201,20 @@ class TouchColumns {
   void read_turns(const Cell& cell, TargetKind kind, Touch& touch) const {
     if (stated(turn_sigma_))
       touch.turn_sigma_rad = within(turn_sigma_, 1e-6, 90.0, "1e-6 and 90 deg") * kRadPerDeg;
-    if (!stated(abc_[0]) && !stated(abc_[1]) && !stated(abc_[2])) return;
+    const bool quaternion = std::ranges::any_of(q_, [&](int column) { return stated(column); });
+    if (!stated(abc_[0]) && !stated(abc_[1]) && !stated(abc_[2]) && !quaternion) return;
     if (kind != TargetKind::kTracker)
-      table_.fail(stated(abc_[0])   ? abc_[0]
-                  : stated(abc_[1]) ? abc_[1]
-                                    : abc_[2],
-                  "only a target of kind tracker has turns; leave it empty");
+      table_.fail_row(
+          "a_deg, b_deg, c_deg, qw, qx, qy, qz: only a target of kind tracker has turns; "
+          "leave them empty");
     std::array<double, 3> abc{};
-    for (std::size_t k = 0; k < 3; ++k) {
+    if (quaternion) {
+      if (stated(abc_[0]) || stated(abc_[1]) || stated(abc_[2]))
+        table_.fail_row("both a_deg,b_deg,c_deg and a quaternion; one of them is needed");
+      abc = abc_of_quaternion(table_, q_);
+      for (double& angle : abc) angle *= kRadPerDeg;
+    }
+    for (std::size_t k = 0; k < 3 && !quaternion; ++k) {
       if (!stated(abc_[k])) missing(kTurns[k], "a_deg, b_deg and c_deg are stated together");
       abc[k] = table_.number(abc_[k]) * kRadPerDeg;
       if (std::abs(abc[k]) > kAnyAngleRad) table_.fail(abc_[k], "is out of range, -3600 to 3600");
@@ -220,6 +257,7 @@ class TouchColumns {
             radius_ = table_.find("radius_mm"), set_ = table_.find("set"),
             time_ = table_.find("time"), turn_sigma_ = table_.find("turn_sigma_deg"),
             temperature_ = table_.find("temperature_c"), speed_ = table_.find("speed_mm_s");
+  const std::array<int, 4> q_ = quaternion_columns(table_);
   const std::array<int, 3> xyz_ = three(kReading), abc_ = three(kTurns),
                            approach_ = three(kApproach);
 };
@@ -273,14 +311,15 @@ void average_stands(const Cell& cell, std::vector<Touch>& touches) {
 /// Beyond the reach and the turns of any arm: detects other units.
 constexpr double kFarthestMm = 1e5, kMostDeg = 3600.0;
 
-std::array<int, 6> pose_columns(const CsvTable& table) {
+/// `quaternion`: in place of the angles.
+std::array<int, 6> pose_columns(const CsvTable& table, bool quaternion) {
   std::array<int, 6> columns{};
   for (std::size_t i = 0; i < kPose.size(); ++i) {
     columns[i] = table.find(kPose[i]);
-    if (columns[i] < 0)
+    if (columns[i] < 0 && !(quaternion && i >= 3))
       table.fail_header(
-          fmt::format("no column \"{}\"; x_mm,y_mm,z_mm,a_deg,b_deg,c_deg are needed, in the "
-                      "robot's base frame",
+          fmt::format("no column \"{}\"; x_mm,y_mm,z_mm,a_deg,b_deg,c_deg are needed (or "
+                      "qw,qx,qy,qz), in the robot's base frame",
                       kPose[i]));
   }
   return columns;
@@ -301,10 +340,11 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
   const Robot positioner = axes_of_positioner(cell.robot);
   std::ranges::move(joint_names(positioner), std::back_inserter(known));
   for (const std::string_view column : kTouchColumns) known.emplace_back(column);
+  take_for_joints(table, cell.robot);
   table.refuse_unknown(known);
   const auto joints = joint_columns(table, cell.robot);
   const auto axes = joint_columns(table, positioner);
-  const TouchColumns columns(table);
+  const TouchColumns columns(table, cell);
   std::vector<Touch> touches;
   while (table.next()) {
     if (touches.size() == kMaxRows) throw FileError(name, ": more than 2000000 touches");
@@ -426,6 +466,7 @@ JointRows parse_joints(std::string_view text, const std::string& name, const Rob
   auto known = joint_names(robot);
   const Robot positioner = axes_of_positioner(robot);
   std::ranges::move(joint_names(positioner), std::back_inserter(known));
+  take_for_joints(table, robot);
   table.refuse_unknown(known);
   const auto columns = joint_columns(table, robot);
   const auto axes = columns_or_none(table, positioner);
@@ -442,6 +483,13 @@ JointRows parse_joints(std::string_view text, const std::string& name, const Rob
     if (++rows.beyond_limits <= kInWords) rows.beyond_limits_words.emplace_back(error->what());
   }
   return rows;
+}
+
+void take_for_joints(CsvTable& table, const Robot& robot) {
+  std::vector<std::string> turning;
+  for (std::size_t i = robot.first_turning(); i < robot.joints.size(); ++i)
+    turning.push_back(robot.joints[i].name);
+  table.take_for_joints(turning);
 }
 
 std::vector<int> joint_columns(const CsvTable& table, const Robot& robot) {
@@ -498,19 +546,26 @@ std::vector<PoseRow> parse_poses(std::string_view text, const std::string& name,
   CsvTable table(text, name, fmt::format("{}", fmt::join(kPose, ",")));
   const Robot positioner = axes_of_positioner(robot);
   std::vector<std::string> known(kPose.begin(), kPose.end());
+  known.insert(known.end(), std::begin(kQuaternion), std::end(kQuaternion));
   std::ranges::move(joint_names(robot), std::back_inserter(known));
   std::ranges::move(joint_names(positioner), std::back_inserter(known));
+  take_for_joints(table, robot);
   table.refuse_unknown(known);
-  const auto pose = pose_columns(table);
+  const auto q = quaternion_columns(table);
+  const bool quaternion = *std::ranges::max_element(q) >= 0;
+  const auto pose = pose_columns(table, quaternion);
+  if (quaternion && *std::ranges::max_element(pose | std::views::drop(3)) >= 0)
+    table.fail_header("both a_deg,b_deg,c_deg and a quaternion; one of them is needed");
   const auto seed = columns_or_none(table, robot);
   const auto axes = columns_or_none(table, positioner);
   std::vector<PoseRow> rows;
   while (table.next()) {
     if (rows.size() == kMaxPoses) throw FileError(name, ": more than 2000000 rows");
     FrameMmDeg frame;
+    if (quaternion) frame.abc_deg = abc_of_quaternion(table, q);
     for (std::size_t i = 0; i < 3; ++i) {
       frame.xyz_mm[i] = bounded(table, pose[i], kFarthestMm, "mm");
-      frame.abc_deg[i] = bounded(table, pose[i + 3], kMostDeg, "deg");
+      if (!quaternion) frame.abc_deg[i] = bounded(table, pose[i + 3], kMostDeg, "deg");
     }
     rows.push_back({to_isometry(frame), read_joints(table, robot, seed),
                     read_joints(table, positioner, axes), table.line()});

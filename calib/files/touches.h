@@ -18,7 +18,8 @@ inline constexpr std::string_view kTouchColumns[] = {
     "target",     "sigma_mm",   "radius_mm",  "x_mm",           "y_mm",
     "z_mm",       "a_deg",      "b_deg",      "c_deg",          "set",
     "time",       "tool",       "load",       "turn_sigma_deg", "temperature_c",
-    "speed_mm_s", "approach_x", "approach_y", "approach_z"};
+    "speed_mm_s", "approach_x", "approach_y", "approach_z",     "qw",
+    "qx",         "qy",         "qz"};
 
 // Joint columns of a table, named as in the robot file.
 
@@ -30,6 +31,8 @@ inline constexpr double kAnyAngleRad = 3600.0 * kRadPerDeg, kAnyPositionM = 100.
 double joint_si(const Joint& joint, double in_files);
 /// Of a linear unit also with its unit: E1 and E1_mm.
 std::vector<std::string> joint_names(const Robot& robot);
+/// Takes columns J1, q1, "Joint 1" and the like for the turning joints (CsvTable::take_for_joints).
+void take_for_joints(CsvTable& table, const Robot& robot);
 /// Index of each joint's column. Throws FileError naming the first that is missing.
 std::vector<int> joint_columns(const CsvTable& table, const Robot& robot);
 /// Angles of the current row [rad], positions of linear units [m]. Throws FileError for values that
@@ -37,7 +40,7 @@ std::vector<int> joint_columns(const CsvTable& table, const Robot& robot);
 std::vector<double> read_joints(const CsvTable& table, const Robot& robot,
                                 const std::vector<int>& columns);
 
-// TCP poses as a CSV for cellcal correct: x_mm,y_mm,z_mm,a_deg,b_deg,c_deg, and optionally the joint
+// TCP poses as a CSV for cellcal correct: x_mm,y_mm,z_mm,a_deg,b_deg,c_deg or qw,qx,qy,qz, and optionally the joint
 // angles to start from, of all joints or none, and those of a positioner, likewise.
 
 struct PoseRow {

@@ -136,8 +136,8 @@ void examine_unit(const CorrectCommand& command, const std::vector<Eigen::Vector
 int correct_poses(const CorrectCommand& command, const calib::Calibration& calibration) {
   const calib::Robot& robot = calibration.cell.robot;
   const int carriers = carriers_of(robot, command.on);
-  report_reading(command.poses);
   const auto rows = calib::load_poses(command.poses, robot);
+  report_reading(command.poses, robot);
   if (robot.first_turning() > 0 && !rows.empty() && rows.front().seed_rad.empty())
     throw calib::FileError(
         command.poses.string(),

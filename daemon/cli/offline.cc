@@ -22,6 +22,7 @@
 #include "calib/files/input_file.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/toml.h"
+#include "calib/files/touches.h"
 #include "calib/identify/identify.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
@@ -293,9 +294,11 @@ void warn_of_cell(const calib::Cell& cell) {
 
 }  // namespace
 
-void report_reading(const std::filesystem::path& csv) {
-  const std::string reading = calib::csv_form(calib::read_file(csv), csv.string()).reading;
-  if (!reading.empty()) fmt::print(stderr, "{}: read as {}\n", csv.string(), reading);
+void report_reading(const std::filesystem::path& csv, const calib::Robot& robot) {
+  calib::CsvTable table(calib::read_file(csv), csv.string(), "");
+  calib::take_for_joints(table, robot);
+  if (!table.reading().empty())
+    fmt::print(stderr, "{}: read as {}\n", csv.string(), table.reading());
 }
 
 /// Reports readings that count as one touch, on standard error.
@@ -341,10 +344,10 @@ int identify(const IdentifyCommand& command) {
   const calib::CellText files = calib::read_cell_text(command.cell);
   const calib::Cell cell = calib::parse_cell(files);
   warn_of_cell(cell);
-  report_reading(command.touches);
   const std::string csv = calib::read_file(command.touches);
   const std::vector<calib::Touch> touches =
       calib::parse_touches(csv, command.touches.string(), cell);
+  report_reading(command.touches, cell.robot);
   report_stands(command.touches, touches);
   calib::Calibration calibration = command.method == "paper"
                                        ? calib::identify_paper(cell, touches)

@@ -116,7 +116,7 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
 
 /// Prints on standard error how a table was interpreted, unless in the plain form
 /// (calib/files/csv.h).
-void report_reading(const std::filesystem::path& csv);
+void report_reading(const std::filesystem::path& csv, const calib::Robot& robot);
 /// Warns on standard error where the angles of a table's rows are so small that they may be radians.
 void warn_of_radians(const std::filesystem::path& csv, const calib::Robot& robot,
                      std::span<const calib::JointVector> rows);

@@ -81,8 +81,8 @@ calib::Calibration with_load(const calib::Calibration& calibration,
 }
 
 AskedRows asked_rows(const PredictCommand& command, const calib::Robot& robot) {
-  report_reading(command.joints);
   AskedRows asked{calib::load_joints(command.joints, robot), carriers_of(robot, command.on), {}};
+  report_reading(command.joints, robot);
   warn_of_radians(command.joints, robot, asked.rows.joint_rad);
   warn_beyond_limits(asked.rows);
   asked.carrier_rad =

@@ -149,7 +149,8 @@ TEST(ARowOfUnits, CountsAsTheHeaders) {
   expect_words(touches_refusal("A1,A2,target,sigma_mm\ndeg,deg,,um\n1,2,S1,30\n"),
                {"touches.csv:2: sigma_mm", "contradicts"});
   expect_words(touches_refusal("A1,A2,target\nmm,deg,\n1,2,S1\n"), {"unknown column", "A1 [mm]"});
-  expect_words(touches_refusal("A1,A2,target\ndeg,inch,\n1,2,S1\n"), {"touches.csv:2: A1"});
+  expect_words(touches_refusal("A1,A2,target\ndeg,cubit,-\n1,2,S1\n"),
+               {"touches.csv:2: A2: unknown unit \"cubit\" in the row of units"});
   expect_words(touches_refusal("A1,A2,target\n1,2,S1\ndeg,deg,\n"), {"touches.csv:3: A1"});
   expect_words(touches_refusal("A1,A2,target\ndeg\n1,2,S1\n"), {"touches.csv:2: 1 fields"});
 }
@@ -173,6 +174,61 @@ TEST(AUnitAtTheEndOfAHeading, IsThatOfTheColumn) {
   expect_words(testing::refusal(
                    [&] { (void)parse_touches("a_rad,b_rad,target" + row, "touches.csv", cell); }),
                {"unknown column", "a_rad"});
+}
+
+TEST(ANameOfAColumn, MayBeAnotherUsualOne) {
+  const std::string rest = "\n-34.5,2.25,S1,0.03\n1,-2.5,S1,0.04\n";
+  const auto plain = rows_of(kPlain);
+  for (const char* head : {"J1,J2,target,sigma_mm", "Joint 1,Joint 2,Target,Sigma mm",
+                           "q0 [deg],q1 [deg],target,sigma / mm",
+                           "\xCE\xB8"
+                           "1 (\xC2\xB0),\xCE\xB8"
+                           "2 (\xC2\xB0),target,sigma [mm]",
+                           "Achse_1,Achse_2,target,Sigma-mm", "A 1,a_2,target,sigma_mm"}) {
+    const auto rows = rows_of(head + rest);
+    ASSERT_EQ(rows.size(), 2U) << head;
+    EXPECT_EQ(rows[0].joint_rad, plain[0].joint_rad) << head;
+    EXPECT_DOUBLE_EQ(rows[1].sigma_m, 0.04e-3) << head;
+  }
+  const auto rows = rows_of("J1_rad,J2 rad,target\n0.5,-0.25,S1\n");
+  EXPECT_DOUBLE_EQ(rows[0].joint_rad[1], -0.25);
+  CsvTable table("J1;J2;target\n1;2;S1\n", "t", "");
+  table.take_for_joints({"A1", "A2"});
+  EXPECT_EQ(table.reading(), ";, J1 to J2 as A1 to A2");
+  const auto seen = rows_of(
+      "A1,A2,target,Px [m],Pos Y [mm],Z-Coordinate [inch],Time stamp\n1,2,S1,1,2,3,2024-09-24\n");
+  EXPECT_DOUBLE_EQ(seen[0].tracker_m[0], 1.0);
+  EXPECT_DOUBLE_EQ(seen[0].tracker_m[1], 2e-3);
+  EXPECT_DOUBLE_EQ(seen[0].tracker_m[2], 3 * 25.4e-3);
+  EXPECT_EQ(seen[0].time, "2024-09-24");
+}
+
+TEST(ANameOfAColumn, WithTwoReadingsIsRefused) {
+  // Not all joints, both series, the robot's own beside another, more of them than joints.
+  for (const char* head : {"J1,target", "J1,J2,q1,q2,target", "A1,J2,target", "J1,J2,J3,target"})
+    expect_words(touches_refusal(std::string(head) + "\n1,2,3,4,S1\n"),
+                 {"touches.csv:1:", "column"});
+  expect_words(touches_refusal("A1,A2,target,Px,y,z\n1,2,S1,1,2,3\n"),
+               {"touches.csv:1: column \"Px\" has no unit. Name it x_mm, or Px [m] and the like"});
+  expect_words(touches_refusal("A1,A2,target,x_mm,x [m]\n1,2,S1,1,1\n"), {"stands twice"});
+  expect_words(touches_refusal(",A1,A2,target\n0,1,2,S1\n"),
+               {"touches.csv:1: column 1 has no name. Name or remove it"});
+  expect_words(touches_refusal("A1,A2,target,Rx\n1,2,S1,1\n"),
+               {"unknown column \"Rx\". Rename or remove it; known here are"});
+}
+
+TEST(AComment, BeginsAsInOtherPrograms) {
+  EXPECT_EQ(rows_of("% exported\n// by a tracker\nA1,A2,target\n# one\n1,2,S1\n%2,3,S1\n").size(),
+            1U);
+  expect_words(touches_refusal("# A1,A2,target\n1,2,S1\n"),
+               {"touches.csv:2: the header row is missing", "in a comment above, remove the mark"});
+}
+
+TEST(ARowWithoutAMeasurement, IsNamedWithWhatToDo) {
+  for (const char* none : {"NaN", "inf", "---", "no beam", "", "#N/A"})
+    expect_words(
+        touches_refusal(std::string("A1,A2,target\n1,2,S1\n1,") + none + ",S1\n"),
+        {"touches.csv:3: A2: ", "is not a number", "Leave out rows in which nothing was measured"});
 }
 
 TEST(ARefusal, NamesTheFormThatTheFileHas) {

@@ -225,6 +225,40 @@ TEST(TouchColumns, TurnsOfATrackerAreThreeWithASigma) {
     expect_words(csv_refusal(head + "1,2,L,10,20,30," + bad + "\n"), {"touches.csv:2: a_deg"});
 }
 
+TEST(TouchColumns, TheTargetMayBeAbsentOfATrackerAlone) {
+  Cell cell = many_sided();
+  std::erase_if(cell.targets, [](const Target& one) { return one.kind != TargetKind::kTracker; });
+  ASSERT_EQ(cell.targets.size(), 1u);
+  const std::string table = "A1,A2,x_mm,y_mm,z_mm\n1,2,10,20,30\n";
+  EXPECT_EQ(parse_touches(table, "touches.csv", cell)[0].target, cell.targets[0].id);
+  expect_words(csv_refusal(table), {"touches.csv:1:", "no column \"target\""});
+}
+
+TEST(TouchColumns, TurnsOfATrackerMayBeAQuaternionInAnyOrder) {
+  const std::string rest = ",turn_sigma_deg\n1,2,L,10,20,30,",
+                    head = "A1,A2,target,x_mm,y_mm,z_mm,";
+  for (const auto& [columns, row] :
+       {std::pair("qw,qx,qy,qz", "0.5,0.5,-0.5,0.5"), std::pair("qx,qy,qz,qw", "0.5,-0.5,0.5,0.5"),
+        std::pair("Quat W,Quat X,Quat Y,Quat Z", "-0.5001,-0.5,0.5,-0.5")}) {
+    const Touch touch = parse_of_many_sided(head + columns + rest + row + ",0.02\n")[0];
+    ASSERT_TRUE(touch.tracker_abc_rad) << columns;
+    const auto& abc = *touch.tracker_abc_rad;
+    const FrameMmDeg frame{{}, {abc[0] * kDegPerRad, abc[1] * kDegPerRad, abc[2] * kDegPerRad}};
+    EXPECT_TRUE(to_isometry(frame).linear().isApprox(
+        Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5).toRotationMatrix(), 1e-3))
+        << columns;
+  }
+  EXPECT_FALSE(parse_of_many_sided(head + "qw,qx,qy,qz" + rest + ",,,,\n")[0].tracker_abc_rad);
+  expect_words(csv_refusal(head + "qw,qx,qy,qz" + rest + "1,1,0,0,0.02\n"),
+               {"touches.csv:2: qw", "length 1.41", "length 1"});
+  expect_words(csv_refusal(head + "qw,qx,qy" + rest + "1,0,0,0.02\n"),
+               {"touches.csv:1: qz: missing"});
+  expect_words(csv_refusal(head + "q0,q1,q2,q3" + rest + "1,0,0,0,0.02\n"),
+               {"unknown column \"q0\""});
+  expect_words(csv_refusal(head + "a_deg,qw,qx,qy,qz" + rest + "5,1,0,0,0,0.02\n"),
+               {"touches.csv:2:", "both"});
+}
+
 TEST(TouchColumns, AllSurviveBeingWritten) {
   const auto touches = parse_of_many_sided(
       "A1,A2,target,tool,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,turn_sigma_deg,temperature_c,time,set\n"

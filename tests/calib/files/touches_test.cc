@@ -199,6 +199,21 @@ TEST(Poses, WithoutAHeaderAreRefusedWithTheirOwnColumns) {
                {"p.csv:1: the header row is missing", "as in x_mm;y_mm;z_mm;a_deg;b_deg;c_deg"});
 }
 
+TEST(Poses, MayHaveAQuaternion) {
+  const Robot robot = testing::cell().robot;
+  const auto rows =
+      parse_poses("X [m],Y [m],Z [m],qx,qy,qz,qw,J1,J2\n1,2,3,0,0,0.6,0.8,10,20\n", "p.csv", robot);
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_TRUE(rows[0].tcp.linear().isApprox(
+      Eigen::Quaterniond(0.8, 0.0, 0.0, 0.6).toRotationMatrix(), 1e-12));
+  EXPECT_DOUBLE_EQ(rows[0].tcp.translation().z(), 3.0);
+  EXPECT_DOUBLE_EQ(rows[0].seed_rad[1], 20.0 * kRadPerDeg);
+  for (const char* head : {"x_mm,y_mm,z_mm,qw,qx,qy,qz,c_deg", "x_mm,y_mm,qw,qx,qy,qz,A1,A2"})
+    expect_words(
+        refusal([&] { parse_poses(head + std::string("\n1,2,3,1,0,0,0,0\n"), "p.csv", robot); }),
+        {"p.csv:1:"});
+}
+
 TEST(Touches, NamesTheLineOfATruncatedRowAndGuessesWhy) {
   expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,2"),
                {"touches.csv:3:", "2 fields", "3 columns", "cut off"});
