@@ -286,9 +286,28 @@ constexpr double kShare = 0.05;
 /// Angles of fewer digits may agree by chance at a repeated place: at a reach of a metre one step
 /// of the last digit is 0.02 mm.
 constexpr double kStepDeg = 1e-3;
+/// Likewise a tracker's readings; its angles are often those of the program, equal at each visit.
+constexpr double kStepMm = 0.01;
+
+bool has_few_digits(const Touch& touch) {
+  const auto is_rounded_mm = [](double value_m) {
+    const double steps = value_m * kMmPerM / kStepMm;
+    return std::abs(steps - std::round(steps)) < 1e-4;
+  };
+  const bool read = std::ranges::any_of(touch.tracker_m, [](double m) { return m != 0.0; });
+  return is_rounded(touch, kStepDeg) ||
+         (read && std::ranges::all_of(touch.tracker_m, is_rounded_mm));
+}
 
 bool is_copy(const Touch& a, const Touch& b) {
   return same_reading(a, b) && a.target == b.target && a.tool == b.tool && a.load == b.load;
+}
+
+/// Another reading at the same posture.
+bool is_visit(Touch a, const Touch& b) {
+  std::ranges::copy(b.tracker_m, a.tracker_m);
+  a.tracker_abc_rad = b.tracker_abc_rad;
+  return is_copy(a, b);
 }
 
 /// The touches in the order of the joint that they spread most, and its index.
@@ -329,15 +348,19 @@ std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches
 
 std::optional<Finding> duplicate_touches(std::span<const Touch> touches) {
   const auto original = originals(touches);
-  // Whole sections repeated in the same order, or too many digits that agree.
-  std::size_t all = 0, in_order = 0, fine = 0, first = touches.size();
+  // Whole sections repeated in the same order, without a visit that was read differently, or too many digits that agree.
+  constexpr std::size_t kInOrderPerDifferent = 9;
+  std::size_t all = 0, in_order = 0, different = 0, fine = 0, first = touches.size();
   for (std::size_t i = 0; i < touches.size(); ++i) {
+    const std::size_t next = i > 0 && original[i - 1] ? *original[i - 1] + 1 : i;
+    if (next < i && original[i] != next && is_visit(touches[i], touches[next])) ++different;
     if (!original[i]) continue;
     first = std::min(first, i);
     ++all;
-    fine += is_rounded(touches[i], kStepDeg) || is_rounded(touches[*original[i]], kStepDeg) ? 0 : 1;
-    in_order += i > 0 && original[i - 1] && *original[i] == *original[i - 1] + 1 ? 1 : 0;
+    fine += has_few_digits(touches[i]) || has_few_digits(touches[*original[i]]) ? 0 : 1;
+    in_order += *original[i] == next ? 1 : 0;
   }
+  if (in_order < kInOrderPerDifferent * different) in_order = 0;
   if (all < kLeast || static_cast<double>(all) <= kShare * static_cast<double>(touches.size()) ||
       2 * std::max(in_order, fine) < all)
     return std::nullopt;

@@ -8,9 +8,11 @@
 #include <numbers>
 #include <random>
 
+#include "calib/estimate/region.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
 #include "calib/verdict/artefacts.h"
+#include "calib/verdict/residuals.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
@@ -360,6 +362,40 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
     held_out.back().set = TouchSet::kCheck;
   }
   EXPECT_EQ(the(identify(cell, held_out), FindingKind::kDuplicateTouches, "duplicates"), 20.0);
+}
+
+TEST(Verdict, VisitsReadWithFewDigitsAreNoCopies) {
+  Cell cell = demo_cell();
+  cell.targets.assign(1, Target{});
+  cell.targets[0].id = "T1";
+  cell.targets[0].kind = TargetKind::kTracker;
+  cell.lengths.clear();
+  const sim::Truth truth = plain_truth(demo_cell(), 3);
+  const auto postures = workspace_poses(ArmModel(cell), 60, 7);
+  std::mt19937 random(1);
+  std::normal_distribution<double> scatter(0.0, 0.02e-3);
+  std::vector<Touch> touches;
+  for (int lap = 0; lap < 3; ++lap)
+    for (const JointVector& q : postures) {
+      Touch& touch = touches.emplace_back();
+      touch.target = "T1";
+      touch.joint_rad = q;
+      const Eigen::Vector3d tip = truth.arm.position(truth.arm.prepare(q), truth.errors.data());
+      for (int axis = 0; axis < 3; ++axis)
+        touch.tracker_m[axis] = std::round((tip[axis] + scatter(random)) * 1e4) / 1e4;
+    }
+  EXPECT_FALSE(duplicate_touches(touches));
+  // Unless they recur in the same order, or with digits that no visit has again.
+  auto pasted = touches;
+  pasted.insert(pasted.end(), touches.begin(), touches.end());
+  EXPECT_TRUE(duplicate_touches(pasted));
+  for (std::size_t i = 60; i < 180; ++i) {
+    std::ranges::copy(touches[i - 60].tracker_m, touches[i].tracker_m);
+    if (i % 4 == 0) touches[i].tracker_m[0] += 1e-5;
+  }
+  EXPECT_FALSE(duplicate_touches(touches));
+  for (Touch& touch : touches) touch.tracker_m[2] += 3e-6;
+  EXPECT_TRUE(duplicate_touches(touches));
 }
 
 TEST(Verdict, ASessionPastedAgainWithFewerDigitsIsNotCountedTwice) {
