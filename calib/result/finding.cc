@@ -153,7 +153,7 @@ constexpr Wording kWordings[] = {
     {FindingKind::kScaleByLengths, "say.opening.scale_by_lengths", sentences::scale_by_lengths},
     {FindingKind::kScaleByReadings, "say.opening.scale_by_lengths", sentences::scale_by_readings},
     {FindingKind::kScaleByNothing, "say.opening.scale_by_lengths", sentences::scale_by_nothing},
-    {FindingKind::kScopeOfTouches, "say.opening.scale_by_lengths", nullptr},
+    {FindingKind::kScopeOfTouches, "say.opening.scale_by_lengths", sentences::scope_of_touches},
     {FindingKind::kUncheckedReadings, "say.opening.unchecked_readings", nullptr},
     {FindingKind::kUncheckedTouch, "say.opening.unchecked_touch", nullptr},
     {FindingKind::kUncheckedLengths, "say.opening.unchecked_readings", nullptr},

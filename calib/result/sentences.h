@@ -48,6 +48,7 @@ Phrase model_error(const Finding& f);
 Phrase too_few_touches(const Finding& f);
 Phrase too_few_directions(const Finding& f);
 Phrase not_touched(const Finding& f);
+Phrase scope_of_touches(const Finding& f);
 Phrase certified_length(const Finding& f);
 Phrase artefact_size(const Finding& f);
 Phrase stated_centre(const Finding& f);

@@ -61,6 +61,11 @@ Phrase duplicate_touches(const Finding& f) {
               {{"one", touch_of(f.parts[0].about)}, {"same", touch_of(f.parts[1].about)}});
 }
 
+Phrase scope_of_touches(const Finding& f) {
+  if (f.parts.empty()) return said("say.finding.scope_of_touches", f);
+  return said("say.finding.scope_of_touches.still", f, {{"list", list(f, name_of)}});
+}
+
 Phrase outliers_of_target(const Finding& f) {
   return said("say.finding.outliers_of_target", f, {{"again", again(f)}});
 }

@@ -49,9 +49,9 @@ std::optional<Finding> temperature_finding(std::span<const Touch> touches);
 bool holds_where_measured(const Cell& cell, const Calibration& c);
 
 /// Shrinks the scope to the touched places where the prediction holds there and not over the
-/// workspace, or the geometry is not `determined`, and states it; not where the cell file states
-/// required_mm.
-void shrink_scope(const Cell& cell, const Calibration& c, bool determined, Verdict& verdict);
+/// workspace, the geometry is not `determined`, or a joint was never turned, and states it; not where
+/// the cell file states required_mm.
+void shrink_scope(const Problem& problem, const Calibration& c, bool determined, Verdict& verdict);
 /// Judges the calibration's prediction over its scope.
 void judge_predicted(const Cell& cell, const Calibration& c, Verdict& verdict);
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "calib/model/units.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/judge.h"
 
@@ -53,17 +54,48 @@ bool holds_where_measured(const Cell& cell, const Calibration& c) {
   return near.as_required() && near.gains();
 }
 
-void shrink_scope(const Cell& cell, const Calibration& c, bool determined, Verdict& verdict) {
+namespace {
+
+/// Joints that move the tip and that all fit touches have at one angle: their tolerances alone state
+/// what they do elsewhere.
+std::vector<FindingPart> still_joints(const Problem& problem) {
+  constexpr double kStillRad = 5.0 * kRadPerDeg, kTurnRad = 1.0, kMovesM = 5e-3;
+  const auto& joints = problem.cell().robot.joints;
+  std::vector<double> least(joints.size(), 1e9), most(joints.size(), -1e9);
+  std::vector<FindingPart> still;
+  for (const Touch& touch : problem.touches())
+    for (std::size_t j = 0; j < joints.size() && touch.set == TouchSet::kFit; ++j) {
+      least[j] = std::min(least[j], touch.joint_rad[j]);
+      most[j] = std::max(most[j], touch.joint_rad[j]);
+    }
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    if (joints[j].is_prismatic() || joints[j].errors.empty() || most[j] - least[j] > kStillRad)
+      continue;
+    JointVector q = problem.touches().front().joint_rad;
+    const Eigen::Vector3d before = problem.arm().nominal_tip_m(q);
+    q[j] += kTurnRad;
+    if ((problem.arm().nominal_tip_m(q) - before).norm() > kMovesM)
+      still.push_back({about_joint(joints[j].name), {}});
+  }
+  return still;
+}
+
+}  // namespace
+
+void shrink_scope(const Problem& problem, const Calibration& c, bool determined, Verdict& verdict) {
+  const Cell& cell = problem.cell();
+  auto still = still_joints(problem);
   const Foreseen all = foreseen(cell, c, true), near = foreseen(cell, c, false);
   if (cell.required_m || !verdict.workspace || !(c.nominal_workspace_m > 0.0) ||
-      (determined && all.as_required() && all.gains()) || !near.as_required() || !near.gains())
+      (determined && still.empty() && all.as_required() && all.gains()) || !near.as_required() || !near.gains())
     return;
   verdict.workspace = false;
   verdict.add(
       {FindingKind::kScopeOfTouches,
-       Severity::kInforms,
+       still.empty() ? Severity::kInforms : Severity::kWarns,
        {},
-       {in_mm("workspace_predicted", all.predicted_m), in_mm("predicted", near.predicted_m)}});
+       {in_mm("workspace_predicted", all.predicted_m), in_mm("predicted", near.predicted_m)},
+       std::move(still)});
 }
 
 void judge_predicted(const Cell& cell, const Calibration& c, Verdict& verdict) {

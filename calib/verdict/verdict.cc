@@ -109,7 +109,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   }
   const Scale scale = scale_of(problem, places);
   verdict.workspace = scale.held();
-  shrink_scope(problem.cell(), c, determined, verdict);
+  shrink_scope(problem, c, determined, verdict);
   judge_predicted(problem.cell(), c, verdict);
 
   note_scope(problem, c, places, scale, verdict);

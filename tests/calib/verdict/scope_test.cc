@@ -6,9 +6,11 @@
 #include <cmath>
 #include <string>
 
+#include "calib/estimate/region.h"
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
+#include "calib/model/linear.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 
@@ -227,6 +229,38 @@ TEST(Verdict, BlocksAResultWithTooManyOutliers) {
 
 TEST(Verdict, SaysWhenNoTouchWasHeldOut) {
   EXPECT_TRUE(found(of(demo_cell(), {.fit = 100}), FindingKind::kNoCheckTouches));
+}
+
+TEST(Scope, IsNearTheTouchesWhereAJointWasNeverTurned) {
+  Cell cell = demo_cell();
+  cell.targets.assign(1, Target{});
+  cell.targets[0].id = "T1";
+  cell.targets[0].kind = TargetKind::kTracker;
+  cell.lengths.clear();
+  const sim::Truth truth = plain_truth(demo_cell(), 3);
+  const auto readings = [&](double a6_to) {
+    Random random(1);
+    std::vector<Touch> touches;
+    for (JointVector q : workspace_poses(ArmModel(cell), 60, 7)) {
+      q[5] = 0.3 + random.uniform(0.0, a6_to);
+      Touch& touch = touches.emplace_back();
+      touch.target = "T1";
+      touch.joint_rad = q;
+      const Eigen::Vector3d tip = truth.arm.position(truth.arm.prepare(q), truth.errors.data());
+      for (int axis = 0; axis < 3; ++axis)
+        touch.tracker_m[axis] = tip[axis] + 0.02e-3 * random.normal();
+    }
+    return touches;
+  };
+  const Calibration still = identify(cell, readings(0.0));
+  EXPECT_TRUE(still.verdict.publish()) << words_of(still);
+  EXPECT_FALSE(still.verdict.workspace);
+  const Finding why = the(still, FindingKind::kScopeOfTouches);
+  EXPECT_EQ(why.severity, Severity::kWarns);
+  ASSERT_EQ(why.parts.size(), 1u);
+  EXPECT_EQ(why.parts[0].about.name, cell.robot.joints[5].name);
+  const Calibration turned = identify(cell, readings(0.5));
+  EXPECT_TRUE(turned.verdict.workspace) << words_of(turned);
 }
 
 }  // namespace
