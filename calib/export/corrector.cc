@@ -213,6 +213,22 @@ Calibration with_tool(Calibration calibration, const Tool& tool) {
   return calibration;
 }
 
+Calibration with_tool(Calibration calibration, const std::string& id) {
+  const int index = ArmModel(calibration.cell).tool_index(id);
+  if (index == 0) return calibration;
+  std::swap(calibration.cell.tool,
+            calibration.cell.other_tools[static_cast<std::size_t>(index) - 1]);
+  for (ParameterResult& found : calibration.parameters) {
+    const ParameterKind kind = found.key.kind;
+    if (kind != ParameterKind::kDeflection && kind != ParameterKind::kTcp &&
+        kind != ParameterKind::kEffectiveRadius)
+      continue;
+    int& tool = found.key.tool;
+    tool = tool == 0 ? index : tool == index ? 0 : tool;
+  }
+  return calibration;
+}
+
 Calibration with_load(Calibration calibration, const FlangeLoad& load) {
   Tool held;  // what is on the flange beyond the tools
   held.id = "load";

@@ -65,6 +65,10 @@ std::string words(const FarCorrection& far);
 /// exact as stated; the joints bear its load.
 Calibration with_tool(Calibration calibration, const Tool& tool);
 
+/// The calibration with that one of its cell's tools as the first, with what was found of it. Throws
+/// std::out_of_range naming an unknown one.
+Calibration with_tool(Calibration calibration, const std::string& id);
+
 /// Everything on the flange: tool, and what it holds.
 struct FlangeLoad {
   double mass_kg = 0.0;

@@ -235,6 +235,9 @@ std::string result_words(const calib::Calibration& calibration,
   if (too_few && calibration.check.count == 0) return delay_words(nullptr, contacts) + verdict;
   std::string text = said("say.cli.residual.head");
   text += line("say.cli.residual.fit.before", calibration.before);
+  // The nominal arm's, where the estimate has left it.
+  if (calibration.level_reason.choice == calib::LevelChoice::kNothingIdentified)
+    return text + verdict;
   text += line("say.cli.residual.fit.after", calibration.after);
   text += line("say.cli.residual.check.before", calibration.check_before);
   text += line("say.cli.residual.check.after", calibration.check);

@@ -34,6 +34,7 @@ struct PredictCommand {
   bool withheld = false;  ///< also a calibration withheld by its verdict
   /// Id of a load in the cell file, or mass [kg] and centre [mm, flange frame]; empty: the tools.
   std::vector<std::string> load;
+  std::string tool;  ///< id in the cell file, or X,Y,Z,A,B,C; empty: the first
   std::string on;  ///< axis of the positioner whose frame the poses are in; empty: the base frame
 };
 int predict(const PredictCommand& command);

@@ -66,6 +66,10 @@ void add_predict(CLI::App& app, int& status) {
           "from the flange, as LOAD_DATA [the cell file's tool alone]")
       ->delimiter(',')
       ->expected(1, 4);
+  command->add_option(
+      "--tool", given->tool,
+      "A [[tool]] of the cell file by its id; or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, "
+      "deg), taken as exact [the cell file's first]");
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output,--out", given->output,

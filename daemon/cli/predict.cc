@@ -19,6 +19,7 @@
 #include "calib/files/files.h"
 #include "calib/model/units.h"
 #include "daemon/cli/commands.h"
+#include "daemon/cli/new_cell.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/on_positioner.h"
 
@@ -62,11 +63,54 @@ calib::FlangeLoad flange_load(const std::vector<std::string>& given) {
   return {values[0], Eigen::Vector3d(values[1], values[2], values[3]) / calib::kMmPerM};
 }
 
+/// All tools, and the centre of their mass.
+calib::FlangeLoad load_of_tools(const calib::Cell& cell) {
+  calib::FlangeLoad all{cell.tool.mass_kg, cell.tool.mass_kg * cell.tool.com_m};
+  for (const calib::Tool& tool : cell.other_tools) {
+    all.mass_kg += tool.mass_kg;
+    all.com_m += tool.mass_kg * tool.com_m;
+  }
+  if (all.mass_kg > 0.0) all.com_m /= all.mass_kg;
+  return all;
+}
+
+/// Heaviest that was on the flange in touches.
+double touched_mass_kg(const calib::Calibration& calibration) {
+  double held_kg = 0.0;
+  for (const calib::Load& load : calibration.cell.loads)
+    if (std::ranges::find(calibration.touched_loads, load.id) != calibration.touched_loads.end())
+      held_kg = std::max(held_kg, load.mass_kg);
+  return load_of_tools(calibration.cell).mass_kg + held_kg;
+}
+
+/// The calibration with one of the cell's tools by its id, or with another TCP on all their masses.
+calib::Calibration with_named_tool(const calib::Calibration& calibration,
+                                   const std::string& given) try {
+  if (given.empty() || given.find(',') == std::string::npos)
+    return calib::with_tool(calibration, given);
+  const std::vector<double> six = numbers(given, {3, 6});
+  calib::FrameMmDeg frame;
+  std::copy_n(six.begin(), 3, frame.xyz_mm.begin());
+  if (six.size() == 6) std::copy_n(six.begin() + 3, 3, frame.abc_deg.begin());
+  calib::Tool tool;
+  tool.tcp = calib::to_isometry(frame);
+  return calib::with_load(calib::with_tool(calibration, tool), load_of_tools(calibration.cell));
+} catch (const std::exception& wrong) {
+  throw std::runtime_error(fmt::format("--tool {}: {}", given, wrong.what()));
+}
+
 /// The calibration with a load by its id in the cell file, or by figures.
 calib::Calibration with_load(const calib::Calibration& calibration,
                              const std::vector<std::string>& given) {
   if (given.empty()) return calibration;
-  if (given.size() > 1) return calib::with_load(calibration, flange_load(given));
+  if (given.size() > 1) {
+    const calib::FlangeLoad load = flange_load(given);
+    const double touched_kg = touched_mass_kg(calibration);
+    constexpr double kMuchMore = 2.0;
+    if (load.mass_kg > kMuchMore * touched_kg)
+      warn({"say.cli.load.heavier", {{"load", load.mass_kg}, {"touched", touched_kg}}});
+    return calib::with_load(calibration, load);
+  }
   const auto& loads = calibration.cell.loads;
   if (std::ranges::find(loads, given[0], &calib::Load::id) == loads.end())
     throw std::runtime_error(fmt::format(
@@ -93,7 +137,8 @@ AskedRows asked_rows(const PredictCommand& command, const calib::Robot& robot) {
 std::vector<PredictedRow> predicted_rows(const PredictCommand& command,
                                          const calib::Calibration& calibration,
                                          const AskedRows& asked) {
-  const calib::Predictor predictor(with_load(calibration, command.load), asked.carriers);
+  const calib::Predictor predictor(
+      with_load(with_named_tool(calibration, command.tool), command.load), asked.carriers);
   std::vector<PredictedRow> rows;
   for (std::size_t i = 0; i < asked.rows.joint_rad.size(); ++i) {
     const auto& joints = asked.rows.joint_rad[i];

@@ -180,6 +180,29 @@ TEST(Corrector, AnotherToolIsStiffAndLoadsTheJointsByItsOwnMass) {
   EXPECT_LT((there.translation() - wanted.translation()).norm(), kPromisedM);
 }
 
+TEST(OneOfTheTools, IsPredictedWithWhatWasFoundOfIt) {
+  Random random(4);
+  Cell cell = testing::demo_cell();
+  cell.tool.id = "T1";
+  cell.other_tools = {cell.tool};
+  cell.other_tools[0].id = "T2";
+  cell.other_tools[0].tcp.translation() += Eigen::Vector3d(0.05, -0.02, 0.01);
+  const Calibration c = testing::random_calibration(cell, random);
+  const ArmModel arm(at_level(c.cell, c.level));
+  const Eigen::VectorXd x = arm_values(arm, c);
+  const JointVector q = {0.2, -1.4, 1.5, 0.3, 0.8, 0.1};
+  for (const char* id : {"T1", "T2", ""}) {
+    const Prediction at = Predictor(with_tool(c, std::string(id))).calibrated(q);
+    EXPECT_LT((at.tcp.translation() -
+               arm.shape(arm.prepare(q, arm.tool_index(id)), x.data()).tcp.translation())
+                  .norm(),
+              1e-12)
+        << id;
+    EXPECT_GT(at.u95_m, 0.0);
+  }
+  EXPECT_THROW((void)with_tool(c, std::string("T3")), std::out_of_range);
+}
+
 struct LoadOnTheFlange : ::testing::Test {
   Calibration c = [] {
     Random random(10);

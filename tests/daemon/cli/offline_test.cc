@@ -139,6 +139,27 @@ TEST(APlan, IsATouchFileThatIdentifyReadsAndPredictContinuesFrom) {
   EXPECT_EQ(with_load("-5,0,0,150").status, 1);
   EXPECT_NE(with_load("nan,0,0,150").status, 0);
   EXPECT_EQ(with_load("5,0,0").status, 1);
+  EXPECT_EQ(with_load("2,0,0,150").err.find("in the touches"), std::string::npos);
+  EXPECT_NE(
+      with_load("80,0,0,150").err.find("80 kg on the flange: in the touches 1.535 kg were on it"),
+      std::string::npos)
+      << with_load("80,0,0,150").err;
+  const auto with_tool = [&](const std::string& tool) {
+    return run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
+                        dir / "joints.csv", "--withheld", "--tool", tool});
+  };
+  EXPECT_EQ(with_tool("tool").out, "");
+  EXPECT_NE(with_tool("tool").err.find("--tool tool: no tool \"tool\" on the flange"),
+            std::string::npos);
+  EXPECT_EQ(lines(with_tool("0,0,300,0,90,0").out), 3u);
+  EXPECT_NE(with_tool("0,0,300").out, predicted.out);
+  EXPECT_EQ(with_tool("0,0").status, 1);
+  std::ofstream(dir / "other.csv") << "J1;J2;J3;J4;J5;J6\n0;-90;90;0;0;0\n10;-80;80;20;30;40\n";
+  const Outcome other = run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
+                                     dir / "other.csv", "--withheld"});
+  EXPECT_EQ(other.out, predicted.out);
+  EXPECT_NE(other.err.find("other.csv: read as ;, J1 to J6 as A1 to A6"), std::string::npos)
+      << other.err;
   const Outcome unknown = with_load("full");
   EXPECT_EQ(unknown.status, 1);
   EXPECT_NE(unknown.err.find("--load full: the calibration's cell has no such [[load]]"),

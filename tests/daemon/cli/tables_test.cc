@@ -45,6 +45,17 @@ TEST(TheResult, ShowsBeforeAfterCheckAndTheVerdictWithScopeAndReasons) {
       << words;
 }
 
+TEST(TheResult, ThatIsNoneHasNoFigures) {
+  calib::Calibration calibration;
+  calibration.before = calibration.after = {24, 0.1, 0.2, 0.15};
+  calibration.predicted_near_targets_m = calibration.predicted_workspace_m = 1e-4;
+  calibration.level_reason.choice = calib::LevelChoice::kNothingIdentified;
+  const std::string words = result_words(calibration);
+  EXPECT_NE(words.find("fit before          24  100.0000"), std::string::npos) << words;
+  EXPECT_EQ(words.find("fit after"), std::string::npos) << words;
+  EXPECT_EQ(words.find("predicted"), std::string::npos) << words;
+}
+
 TEST(TheResult, IsTenLinesThatKeepBackNothingToLookAt) {
   calib::Calibration calibration;
   calibration.before = calibration.after = {24, 0.0012, 0.0034, 0.0015};
