@@ -387,13 +387,14 @@ CsvTable::Column CsvTable::column_of(std::string_view field) const {
 
 CsvTable::Column CsvTable::by_suffix(const std::string& name) const {
   const auto at = name.find_last_of("_ /");
-  Column column = column_of(name);
+  const Column column = column_of(name);
   if (!column.unit.empty() || at == std::string::npos) return column;
   const auto end = name.find_last_not_of("_ /", at);
   if (end == std::string::npos) return column;
-  column = column_of(name.substr(0, end + 1) + " [" + name.substr(at + 1) + "]");
-  column.name = name;
-  return column;
+  Column suffixed = column_of(name.substr(0, end + 1) + " [" + name.substr(at + 1) + "]");
+  if (suffixed.unit.empty()) return column;
+  suffixed.name = name;
+  return suffixed;
 }
 
 void CsvTable::split(std::string_view line) {

@@ -236,9 +236,9 @@ TEST(ARefusal, NamesTheFormThatTheFileHas) {
                {"touches.csv:3:", "cut off", "other than semicolons"});
   expect_words(touches_refusal("A1;A2;target\n1;5;2;S1\n"), {"one field per column"});
   expect_words(touches_refusal("A1\tA2\ttarget\n1\n"), {"other than tabs"});
-  expect_words(touches_refusal("A1;A2;target\n1,5;2;S1\nx;2,5;S1\n"),
+  expect_words(touches_refusal("A1;A2;target\n1,5;2;S1\n1x;2,5;S1\n"),
                {"touches.csv:3: A1", "the decimal mark is ','"});
-  expect_words(touches_refusal("A1,A2,target\nx,2.5,S1\n"), {"the decimal mark is '.'"});
+  expect_words(touches_refusal("A1,A2,target\n1x,2.5,S1\n"), {"the decimal mark is '.'"});
   expect_words(
       touches_refusal("A1,A2,target\n\"2,713.5163\",2.5,S1\n"),
       {"\"2,713.5163\" is not a number (the decimal mark is '.', with none between thousands)"});
