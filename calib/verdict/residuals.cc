@@ -348,19 +348,26 @@ std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches
 
 std::optional<Finding> duplicate_touches(std::span<const Touch> touches) {
   const auto original = originals(touches);
-  // Whole sections repeated in the same order, without a visit that was read differently, or too many digits that agree.
-  constexpr std::size_t kInOrderPerDifferent = 9;
-  std::size_t all = 0, in_order = 0, different = 0, fine = 0, first = touches.size();
+  // Whole sections repeated in the same order, or too many digits that agree. Visits that an instrument of few digits
+  // reads alike by chance are between others that it reads differently.
+  constexpr std::size_t kInOrderPerDifferent = 9, kLongRun = 20;
+  std::size_t all = 0, in_order = 0, in_long_runs = 0, run = 0, different = 0, fine = 0,
+              first = touches.size();
+  std::optional<std::size_t> place;  // of the touch before in the section that it repeats
   for (std::size_t i = 0; i < touches.size(); ++i) {
-    const std::size_t next = i > 0 && original[i - 1] ? *original[i - 1] + 1 : i;
-    if (next < i && original[i] != next && is_visit(touches[i], touches[next])) ++different;
+    const std::size_t next = place ? *place + 1 : i;
+    const bool goes_on = next < i && is_copy(touches[next], touches[i]);
+    place = goes_on ? next : original[i];
+    run = goes_on ? run + 1 : 0;
+    in_order += run > 0 ? 1 : 0;
+    in_long_runs += run > kLongRun ? 1 : run == kLongRun ? kLongRun : 0;
+    if (next < i && !goes_on && is_visit(touches[i], touches[next])) ++different;
     if (!original[i]) continue;
     first = std::min(first, i);
     ++all;
     fine += has_few_digits(touches[i]) || has_few_digits(touches[*original[i]]) ? 0 : 1;
-    in_order += *original[i] == next ? 1 : 0;
   }
-  if (in_order < kInOrderPerDifferent * different) in_order = 0;
+  if (in_order < kInOrderPerDifferent * different) in_order = in_long_runs;
   if (all < kLeast || static_cast<double>(all) <= kShare * static_cast<double>(touches.size()) ||
       2 * std::max(in_order, fine) < all)
     return std::nullopt;
