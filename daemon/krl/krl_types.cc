@@ -52,6 +52,11 @@ std::size_t closed(const std::vector<Token>& t, std::size_t at) {
   return 0;
 }
 
+/// Declared without DECL, too.
+bool is_plain_type(const std::string& word) {
+  return is_point_type(word) || word == "INT" || word == "REAL" || word == "BOOL" || word == "CHAR";
+}
+
 /// A name with two types has none.
 void Types::keep(const std::string& name, const std::string& type, Names& names) {
   const auto [at, fresh] = names.emplace(name, type);
@@ -78,7 +83,7 @@ bool Types::read_declaration(const Line& line, Names& names) {
   for (; at < t.size() && (t[at].is("DECL") || t[at].is("GLOBAL") || t[at].is("CONST")); ++at)
     global = global || t[at].is("GLOBAL");
   if (at < t.size() && t[at].is("STRUC")) return read_structure(line), true;
-  if (!word_at(t, at) || !word_at(t, at + 1) || (at == 0 && !is_point_type(t[0].word)))
+  if (!word_at(t, at) || !word_at(t, at + 1) || (at == 0 && !is_plain_type(t[0].word)))
     return at > 0;
   const std::string type = t[at].word;
   for (++at; word_at(t, at); at = next_comma(t, at + 1, t.size()) + 1) {
@@ -102,7 +107,7 @@ void Types::read_source(const KrlFile& file, Module& module) {
       keep(t[at].word, type, functions_);
     } else if (t[0].is("EXTFCT") && word_at(t, 2)) {
       keep(t[2].word, t[1].word, functions_);
-    } else if (t[0].is("DECL") || t[0].is("STRUC") || is_point_type(t[0].word)) {
+    } else if (t[0].is("DECL") || t[0].is("STRUC") || is_plain_type(t[0].word)) {
       read_declaration(line, *local);
     }
   }

@@ -102,6 +102,10 @@ void OwnPosition::read(const Line& line, std::size_t module, const std::string& 
   const bool assigned = word_at(t, 0) && sign_at(t, equals, '=') && !sign_at(t, equals + 1, '=');
   const std::size_t begin = t[0].is("RETURN") ? 1 : equals + 1;
   if (same || !(assigned || t[0].is("RETURN"))) return;
+  // INT LAYER=($POS_ACT.Z-Z0)/50: a count, which a correction of the place does not change.
+  const bool divided = std::any_of(t.begin() + static_cast<std::ptrdiff_t>(begin), t.end(),
+                                   [](const Token& one) { return one.is("/"); });
+  if (divided && types_.of_variable(module, line.number, t[0].word, {}) == "INT") return;
   flow(assigned ? types_.key(module, line.number, t[0].word) : key_of_function(routine),
        values(module, line, begin, t.size()), begin + 1 == t.size() && (!assigned || equals == 1));
 }
@@ -138,7 +142,8 @@ std::vector<OwnPosition::Value> OwnPosition::values(std::size_t module, const Li
       if (word == "{" || word == "(" || word == "[") open += word;
       if ((word == "}" || word == ")" || word == "]") && open.size() > 1) open.pop_back();
     }
-    if (!word_at(t, at)) continue;
+    // An index selects an element and is no part of its value.
+    if (!word_at(t, at) || open.find('[') != std::string::npos) continue;
     const char before =
         at > begin && t[at - 1].kind == Token::Kind::kSign ? t[at - 1].word[0] : ' ';
     const bool component = open.back() == '{' && (before == '{' || before == ',' || before == ':');

@@ -216,6 +216,9 @@ TEST(RunTimeProgram, RefusesPointsThatComeFromTheArmsOwnPosition) {
   EXPECT_EQ(own_of("LIN UP()\r\nEND\r\nDEFFCT E6POS UP ()\r\nRETURN (XF:$POS_ACT)\r\nENDFCT\r\n"
                    "DEF Q()"),
             "2:UP ");
+  const RewrittenPrograms based = rewritten_of(program("BASE_DATA[3]=$POS_ACT\r\nLIN XP1"), {});
+  const std::string words = krl::words(based.modules.at(0).refusals.at(0), cell().robot);
+  EXPECT_NE(words.find("points in it would be corrected twice"), std::string::npos) << words;
   // --leave is the way out.
   EXPECT_EQ(line_of("XP1=$POS_ACT\r\nXP1.Z=XP1.Z+50\r\nLIN XP1", {"XP1"}),
             "XP1=$POS_ACT\r\nXP1.Z=XP1.Z+50\r\nLIN CC_STAY_POS(XP1)");
@@ -227,7 +230,13 @@ TEST(RunTimeProgram, RefusesNothingForLooksAtTheArmsOwnPosition) {
   EXPECT_EQ(own_of("XP1.E1=$AXIS_ACT.E1\r\nXP1.S=$POS_ACT.S\r\nLIN XP1"), "");
   EXPECT_EQ(own_of("XA=INVERSE(XP1,$AXIS_ACT,R)\r\nPTP XA"), "");
   EXPECT_EQ(own_of("DECL REAL Z\r\nZ=$POS_ACT.Z\r\nLIN_REL {Z 100.0}"), "");
+  // An index selects, and a count of steps is no place.
+  EXPECT_EQ(own_of("DECL INT I\r\nI=$POS_ACT.Z\r\nXF=XARR[I]\r\nLIN XARR[I]\r\nLIN_REL XF"), "");
+  EXPECT_EQ(own_of("INT I\r\nI=($POS_ACT.Z-100)/50\r\nXP1.Z=100+50*I\r\nLIN XP1"), "");
+  EXPECT_EQ(own_of("INT I\r\nI=$POS_ACT.Z\r\nXP1.Z=I\r\nLIN XP1"), "5:XP1 ");
+  EXPECT_EQ(own_of("REAL R\r\nR=$POS_ACT.Z/2\r\nXP1.Z=2*R\r\nLIN XP1"), "5:XP1 ");
   // Variables of other routines.
+  EXPECT_EQ(own_of("REAL Z\r\nXP1.Z=Z\r\nLIN XP1\r\nEND\r\nDEF SUB()\r\nREAL Z\r\nZ=$POS_ACT.Z"), "");
   EXPECT_EQ(own_of("LIN XP1\r\nEND\r\nDEF SUB (XP1 :IN)\r\nDECL E6POS XP1\r\nXP1=$POS_ACT"), "");
   EXPECT_EQ(own_of("SUB(XP1)\r\nSUB($POS_ACT)\r\nLIN XP1\r\nEND\r\nDEF SUB (P :IN)\r\n"
                    "DECL E6POS P\r\nR=P.X"),
