@@ -58,7 +58,9 @@ calib::Phrase tip_phrase(const krl::ProposedFrame& one) {
 std::string report(const krl::ProposedFrames& result) {
   std::string text = result.config_lines;
   for (const krl::ProposedFrame& one : result.frames) {
-    text += said({one.old ? "say.frames.from_old" : "say.frames.no_old",
+    text += said({!one.old                  ? "say.frames.no_old"
+                  : krl::is_empty(*one.old) ? "say.frames.old_empty"
+                                            : "say.frames.from_old",
                   {{"frame", one.name},
                    {"mm", one.shift_mm},
                    {"deg", one.turn_deg},
@@ -187,6 +189,9 @@ double turn_deg(const json& from, const json& to) {
 
 /// Displacement from the controller's value, with its uncertainty.
 std::string move_words(const krl::ProposedFrame& one, const json& was, const json& then) {
+  using Values = std::array<double, 3>;
+  if (krl::is_empty({was.at("xyz_mm").get<Values>(), was.at("abc_deg").get<Values>()}))
+    return say({"say.frames.old_empty", {{"frame", one.name}, {"tip", tip_phrase(one)}}});
   const double mm = shift_mm(was, then);
   if (!is_tool(one))
     return say(

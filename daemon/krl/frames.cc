@@ -55,7 +55,7 @@ ProposedFrame tool_frame(const calib::Calibration& c, int number, const Data& da
   }
   ProposedFrame one = proposed(ProposedFrame::Kind::kTool, tcp, data.tools, number);
   one.sigma_mm = sigma_mm;
-  if (one.old && one.shift_mm > kAnotherToolMm)
+  if (one.old && !is_empty(*one.old) && one.shift_mm > kAnotherToolMm)
     throw calib::FileError(fmt::format(
         "TOOL_DATA[{}] is {:.1f} mm from the cell file's tool. Give the number of the tool that "
         "touched",
@@ -111,6 +111,10 @@ std::string snippet_of(const std::vector<ProposedFrame>& frames, const std::stri
 }
 
 }  // namespace
+
+bool is_empty(const FrameMmDeg& frame) {
+  return Vector3d(frame.xyz_mm.data()).isZero(0.0) && Vector3d(frame.abc_deg.data()).isZero(0.0);
+}
 
 std::vector<MasteringOffset> mastering_of(const calib::Calibration& c) {
   std::vector<MasteringOffset> all;

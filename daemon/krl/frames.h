@@ -34,6 +34,8 @@ struct ProposedFrame {
   /// Tools: 1 sigma of each component identified by touches; 0: as in the cell file.
   std::array<double, 3> sigma_mm{};
 };
+/// All zeros: a number in which nothing was stored.
+bool is_empty(const calib::FrameMmDeg& frame);
 
 /// Mastering offset of an axis.
 struct MasteringOffset {

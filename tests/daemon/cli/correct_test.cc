@@ -378,6 +378,9 @@ TEST_F(Correct, AndFramesWriteAKrlProgramWithTheOldValuesInIt) {
   const std::string words = run_program(german).out;
   EXPECT_NE(words.find("mm und "), std::string::npos) << words;
   EXPECT_NE(words.find("Nullpunkte der Achsen: 'cellcal mastering'"), std::string::npos) << words;
+  put("$config.dat", "BASE_DATA[3]={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n");
+  const std::string empty = run_program(all).out;
+  EXPECT_NE(empty.find("BASE_DATA[3]: was empty (all zeros)\n"), std::string::npos) << empty;
   auto wrong = all;
   wrong.back() = "3=S1,S2";
   EXPECT_EQ(run_program(wrong).status, 2);

@@ -49,6 +49,18 @@ TEST(TheToolsFrame, IsWhatWasIdentifiedOfIt) {
             "TOOL_DATA[1]={X 60.1000,Y 50.2000,Z 410.4000,A 38.84000,B 3.59000,C 0.00000}\n");
 }
 
+TEST(TheToolsFrame, ReplacesAnEmptyOneAndNoOther) {
+  FramesRequest asked = request();
+  for (const auto& [text, same] : {std::pair("X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0", true),
+                                   std::pair("X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.1,C 0.0", false)}) {
+    asked.controller = {{"$config.dat", "TOOL_DATA[1]={" + std::string(text) + "}\n"}};
+    if (same)
+      EXPECT_EQ(propose_frames(identified(), asked).frames.size(), 1U);
+    else
+      EXPECT_THROW(propose_frames(identified(), asked), calib::FileError);
+  }
+}
+
 TEST(TheFrames, OfAnArmBesideAPositionerAreThoseOfTargetsOnTheFloor) {
   calib::Calibration c = identified();
   for (int k = 0; k < 4; ++k) {
