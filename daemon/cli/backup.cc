@@ -172,7 +172,12 @@ ZipArchive open_zip(std::string_view bytes, const std::string& name) {
                        : zip_open_from_source(source, ZIP_RDONLY | ZIP_CHECKCONS, nullptr);
   if (archive != nullptr) return ZipArchive(archive);
   zip_source_free(source);
-  throw calib::FileError(name, ": not a ZIP archive, or damaged. Copy it again");
+  throw calib::FileError(
+      name,
+      bytes.starts_with("PK")
+          ? ": not a ZIP archive, or damaged. Copy it again"
+          : ": neither folder nor ZIP archive. Unpack other archives (.rar, .7z) and give the "
+            "folder; a single program goes to --program");
 }
 
 /// Throws FileError unless the file is complete and of the stated size and checksum.

@@ -144,6 +144,12 @@ TEST_F(CorrectBackup, WithoutAProgramIsRefusedAndNamesAnArchiveInIt) {
                  "Unpack KRC/R1/Program/pick.zip and give that");
 }
 
+TEST_F(CorrectBackup, ThatIsAnotherArchiveOrAProgramSaysWhatToGive) {
+  for (const std::string& place :
+       {put("b.rar", "Rar!"), std::string(dir_ / "bk/KRC/R1/Program/a.src")})
+    expect_refused({"--backup", place}, place + ": neither folder nor ZIP archive.");
+}
+
 TEST_F(CorrectBackup, AndProgramThatDoNotMoveAreStatus0OfflineAndAtRunTime) {
   put("still/still.src", "DEF STILL()\nWAIT SEC 1\nEND\n");
   for (const auto& way : {std::vector<std::string>{}, kRunTimeWay})
