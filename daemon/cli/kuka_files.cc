@@ -7,6 +7,7 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "daemon/api/http/http.h"
+#include "daemon/cli/backup.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 #include "daemon/config/config.h"
@@ -14,7 +15,7 @@
 #include "daemon/doctor/machine.h"
 #include "daemon/files/atomic_file.h"
 #include "drivers/error.h"
-#include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/krl/krl_read.h"
 
 namespace cellcal::daemon {
 
@@ -64,11 +65,23 @@ std::string resources(const DaemonConfig& config, bool eki) {
       c.first_interrupt + 2);
 }
 
+/// Files of a folder, a backup, or a ZIP archive of either.
+drivers::ControllerFiles read_controller_files(const std::filesystem::path& place) {
+  constexpr std::size_t kMostBytes = 256u << 20;
+  if (calib::krl::lower_case(place.extension().string()) != ".zip")
+    return drivers::read_controller_folder(place);
+  drivers::ControllerFiles files;
+  for (ZippedFile& one : unzip(calib::read_file(place, kMostBytes), place.string(),
+                               drivers::is_generated, kMostBytes))
+    drivers::add_file(one.path, std::move(one.text), files);
+  return files;
+}
+
 /// Exit status 1 with the first rejection as the reason, where a file must not be used.
 int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki,
            const std::optional<calib::Cell>& cell) {
-  const auto objections =
-      verify_folder(config, eki ? WireKind::kEki : WireKind::kRsi, command.verify, cell);
+  const auto objections = verify_files(config, eki ? WireKind::kEki : WireKind::kRsi,
+                                       read_controller_files(command.verify), cell);
   nlohmann::json list = nlohmann::json::array();
   std::string words, first;
   std::size_t refused = 0;
@@ -233,6 +246,7 @@ int doctor(const DoctorCommand& command) {
   request.config = command.config;
   request.cell = command.cell;
   request.files = command.files;
+  request.read_files = read_controller_files;
   request.wait_s = command.wait_s;
   request.observe_s = command.observe_s;
   if (::isatty(STDERR_FILENO) == 1) {

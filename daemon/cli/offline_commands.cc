@@ -167,15 +167,15 @@ void add_kuka_files(CLI::App& app, int& status) {
       "to\ninstall them, and what to check before the first motion: "
       "drivers/kuka/krl/README.md.\nExample: cellcal kuka-files --config cellcald.toml -o "
       "krc --cell cell.toml\n         cellcal kuka-files --config cellcald.toml --verify "
-      "backup/SensorInterface");
+      "backup.zip");
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
   CLI::Option* output =
       command->add_option("-o,--output,--out", given->output, "Write the files to this folder");
   command
       ->add_option("--verify", given->verify,
-                   "Write nothing; compare the installed or edited files in this folder with "
-                   "the configuration and list what is wrong")
+                   "Write nothing; compare the installed or edited files in this folder or backup (folder, ZIP) "
+                   "with the configuration and list what is wrong")
       ->excludes(output);
   command->add_option(
       "--cell", given->cell,
@@ -299,7 +299,7 @@ void add_doctor(CLI::App& app, int& status) {
       ->capture_default_str();
   command->add_option("--cell", given->cell, "Cell file (TOML): robot, axis limits");
   command->add_option("--files", given->files,
-                      "Check the controller's files in this folder, as 'kuka-files --verify'");
+                      "Check the controller's files in this folder or backup, as 'kuka-files --verify'");
   command->add_option("--wait", given->wait_s, "Seconds to wait for the controller's first packet")
       ->check(between(0.5, 600.0))
       ->capture_default_str();

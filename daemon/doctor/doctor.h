@@ -14,6 +14,7 @@
 #include "daemon/config/config.h"
 #include "daemon/doctor/examiner.h"
 #include "daemon/doctor/machine.h"
+#include "drivers/kuka/krl/krl_read.h"
 #include "drivers/kuka/krl/krl_verify.h"
 
 namespace cellcal::daemon {
@@ -22,8 +23,10 @@ struct DoctorRequest {
   std::filesystem::path config;
   std::filesystem::path cell;   ///< empty: robot and cell files are not checked
   std::filesystem::path files;  ///< controller files to compare; empty: none
-  double wait_s = 20.0;         ///< for the controller's first packet or state
-  double observe_s = 10.0;      ///< observation period of the links, once they are up
+  std::function<drivers::ControllerFiles(const std::filesystem::path&)> read_files =
+      drivers::read_controller_folder;
+  double wait_s = 20.0;     ///< for the controller's first packet or state
+  double observe_s = 10.0;  ///< observation period of the links, once they are up
   /// Operator action required now, and the time left for it.
   std::function<void(const calib::Phrase&)> hint = [](const calib::Phrase&) {};
   std::stop_token stop{};  ///< when requested, ends soon with incomplete findings
@@ -44,10 +47,10 @@ void examine_from_within(const DoctorRequest& request, const DaemonConfig& confi
 std::optional<calib::Cell> examine_cell(const DoctorRequest& request, const DaemonConfig& config,
                                         Findings& findings);
 
-/// Faults of the controller files in a folder, for the wire. Without a cell the axis ranges are not compared.
-std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, WireKind wire,
-                                                const std::filesystem::path& folder,
-                                                const std::optional<calib::Cell>& cell);
+/// Faults of the controller files, for the wire. Without a cell the axis ranges are not compared.
+std::vector<drivers::FileFinding> verify_files(const DaemonConfig& config, WireKind wire,
+                                               const drivers::ControllerFiles& files,
+                                               const std::optional<calib::Cell>& cell);
 void examine_files(const DoctorRequest& request, const DaemonConfig& config,
                    const std::optional<calib::Cell>& cell, Findings& findings);
 

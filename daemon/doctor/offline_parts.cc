@@ -134,10 +134,9 @@ std::optional<calib::Cell> examine_cell(const DoctorRequest& request, const Daem
   }
 }
 
-std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, WireKind wire,
-                                                const std::filesystem::path& folder,
-                                                const std::optional<calib::Cell>& cell) {
-  const drivers::ControllerFiles files = drivers::read_controller_folder(folder);
+std::vector<drivers::FileFinding> verify_files(const DaemonConfig& config, WireKind wire,
+                                               const drivers::ControllerFiles& files,
+                                               const std::optional<calib::Cell>& cell) {
   if (wire == WireKind::kEki) return drivers::verify_eki_files(files, config.controller);
   return drivers::verify_rsi_files(files, cell ? rsi_files_for(config, *cell) : config.rsi_files,
                                    config.rsi.mode);
@@ -170,7 +169,7 @@ void examine_files(const DoctorRequest& request, const DaemonConfig& config,
     return;
   }
   try {
-    const auto objections = verify_folder(config, wire_of(config), request.files, cell);
+    const auto objections = verify_files(config, wire_of(config), request.read_files(request.files), cell);
     for (const drivers::FileFinding& one : objections) {
       if (one.refused) {
         findings.fail(check, to_string(one), "say.doctor.files.refused.do");

@@ -20,6 +20,8 @@ using krl::XmlText;
 
 constexpr std::size_t kMostFiles = 500;
 constexpr std::array kEndings{".xml", ".rsi", ".rsix", ".diagram", ".src", ".dat", ".sub"};
+constexpr std::array kGenerated{"cellcal_rsi", "cellcal_eki", "cellcaleki", "cellcal_loop",
+                                "cellcal_sub"};
 constexpr int kLargestLimit = 512, kLargestBytes = 65534;  // of EKI 2.2
 constexpr int kUsualLimit = 16, kUsualBytes = 16384;
 
@@ -107,24 +109,62 @@ ControllerFileKind kind_of(std::string_view content, const std::string& name) {
   return ControllerFileKind::kUnknown;
 }
 
-ControllerFiles read_controller_folder(const std::filesystem::path& folder) {
+namespace {
+
+bool is_relevant(std::string_view name) {
+  return std::ranges::any_of(kEndings, [&](const char* ending) { return ends(name, ending); });
+}
+
+std::string read(const std::filesystem::path& path) {
   std::error_code error;
-  std::filesystem::directory_iterator list(folder, error);
-  if (error) throw ConfigError(fmt::format("{}: {}", folder.string(), error.message()));
+  if (std::filesystem::file_size(path, error) > kMostFile || error) {
+    throw ConfigError(fmt::format(
+        "{}: cannot be read, or is larger than {} bytes, the most for a controller's file",
+        path.string(), kMostFile));
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  if (!file) throw ConfigError(path.string() + ": cannot be read");
+  return text;
+}
+
+}  // namespace
+
+bool is_generated(std::string_view path) {
+  const std::string name = wire::lower(path.substr(path.find_last_of('/') + 1));
+  return is_relevant(name) && std::ranges::any_of(kGenerated, [&](const char* begin) {
+           return name.starts_with(begin);
+         });
+}
+
+void add_file(const std::filesystem::path& path, std::string text, ControllerFiles& files) {
+  const auto [at, fresh] = files.try_emplace(path.filename().string(), std::move(text));
+  if (!fresh && at->second != text) {
+    throw ConfigError(path.string() +
+                      ": another file of this name in it differs. Give a folder with one of them");
+  }
+}
+
+ControllerFiles read_controller_folder(const std::filesystem::path& folder) {
+  using std::filesystem::directory_options;
+  std::error_code error;
+  std::filesystem::recursive_directory_iterator at(
+      folder, directory_options::skip_permission_denied, error);
+  if (error)
+    throw ConfigError(
+        fmt::format("{}: {}. Give a folder or ZIP archive", folder.string(), error.message()));
+  std::vector<std::filesystem::path> here, below;
+  bool generated_here = false;
+  for (; at != end(at); ++at) {
+    const std::string path = at->path().generic_string();
+    const bool generated = is_generated(path);
+    if (!(at.depth() > 0 ? generated : is_relevant(path)) || !at->is_regular_file(error)) continue;
+    (at.depth() > 0 ? below : here).push_back(at->path());
+    generated_here = generated_here || (generated && at.depth() == 0);
+  }
   ControllerFiles files;
-  for (const auto& entry : list) {
-    const std::string name = entry.path().filename().string();
-    const bool meant = std::any_of(kEndings.begin(), kEndings.end(),
-                                   [&](const char* ending) { return ends(name, ending); });
-    if (!meant || !entry.is_regular_file(error)) continue;
-    if (entry.file_size(error) > kMostFile || error) {
-      throw ConfigError(fmt::format(
-          "{}: cannot be read, or is larger than {} bytes, the most for a controller's file",
-          entry.path().string(), kMostFile));
-    }
-    std::ifstream file(entry.path(), std::ios::binary);
-    files[name].assign(std::istreambuf_iterator<char>(file), {});
-    if (!file) throw ConfigError(entry.path().string() + ": cannot be read");
+  for (const auto& path : generated_here || below.empty() ? here : below) {
+    add_file(path, read(path), files);
     if (files.size() > kMostFiles) {
       throw ConfigError(
           fmt::format("{}: more than {} files. Give the folder with cellcal's files only",

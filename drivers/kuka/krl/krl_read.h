@@ -114,8 +114,12 @@ enum class ControllerFileKind {
 /// By the root element, or for KRL by the name. Throws ConfigError if the XML is not readable.
 ControllerFileKind kind_of(std::string_view text, const std::string& name);
 
-/// Relevant files of a folder: .xml, .rsi, .rsix, .diagram, .src, .dat, .sub. Throws ConfigError:
-/// no such folder, a file that is too large, too many files.
+/// A file of the sets that kuka-files writes, by its path.
+bool is_generated(std::string_view path);
+/// Throws ConfigError for two files of one name that differ.
+void add_file(const std::filesystem::path& path, std::string text, ControllerFiles& files);
+/// Relevant files of a folder: .xml, .rsi, .rsix, .diagram, .src, .dat, .sub. One without generated files is a backup,
+/// which has them in folders below. Throws ConfigError: no such folder, a file that is too large, too many files.
 ControllerFiles read_controller_folder(const std::filesystem::path& folder);
 
 /// Beginning of a text from a file, printable, for a message.

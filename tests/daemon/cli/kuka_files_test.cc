@@ -1,6 +1,7 @@
 // 'cellcal kuka-files' and 'cellcal doctor' as processes.
 
 #include <gtest/gtest.h>
+#include <zip.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -140,6 +141,28 @@ TEST_F(KukaFiles, ThatWereMadePassAndThatWereEditedAreRefusedByLine) {
   const auto json = nlohmann::json::parse(run_program(as_json).out);
   EXPECT_EQ(json.at("fits"), false);
   EXPECT_EQ(json.at("objections").size(), 2u);
+}
+
+TEST_F(KukaFiles, AreVerifiedInABackupToo) {
+  configure("[rsi]\nbind = \"10.0.0.5\"\n");
+  ASSERT_EQ(make({"--wire", "rsi"}).status, 0);
+  const std::string zip = dir / "backup.ZIP";
+  zip_t* archive = zip_open(zip.c_str(), ZIP_CREATE, nullptr);
+  const auto add = [&](const std::string& path, const std::string& file) {
+    zip_file_add(archive, path.c_str(), zip_source_file(archive, file.c_str(), 0, -1), 0);
+  };
+  for (const auto& one : std::filesystem::directory_iterator(dir / "krc/new"))
+    add("C/KRC/" + one.path().filename().string(), one.path());
+  add("KRC/R1/other.xml", dir / "d.toml");
+  ASSERT_EQ(zip_close(archive), 0);
+  const auto verify = [&] {
+    return run_program({CELLCAL, "kuka-files", "--config", dir / "d.toml", "--wire", "rsi",
+                        "--verify", zip});
+  };
+  const Outcome sound = verify();
+  EXPECT_EQ(sound.out.rfind("ok", 0), 0u) << sound.out << sound.err;
+  configure("[rsi]\nbind = \"10.0.0.5\"\nport = 50000\n");
+  EXPECT_NE(verify().err.find("cellcal_rsi_ethernet.xml:7: PORT is 49152"), std::string::npos);
 }
 
 TEST_F(KukaFiles, OfRsiKeepTheRangesOfTheCellsRobot) {

@@ -470,5 +470,33 @@ TEST(ControllerFolder, IsReadByItsEndingsAndRefusedByName) {
   EXPECT_THROW(read_controller_folder(folder), ConfigError);
 }
 
+/// A backup has KUKA's own files, too, and cellcal's in several folders.
+TEST(ControllerFolder, OfABackupHasItsFilesInFoldersBelow) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("krl-backup-" + std::to_string(::getpid()));
+  const auto put = [&](const std::string& name, const std::string& text) {
+    std::filesystem::create_directories((folder / name).parent_path());
+    std::ofstream(folder / name) << text;
+  };
+  const ControllerFiles made = rsi_files(rsi_config());
+  for (const auto& [name, text] : made)
+    put((name.ends_with(".src") ? "KRC/R1/Program/" : "C/KRC/Config/SensorInterface/") + name,
+        text);
+  put("KRC/R1/cell.src", "DEF CELL()\nEND\n");
+  put("C/KRC/Config/other.xml", "<A>");
+  put("RDC/robot.xml", "<A>");
+  put("backup.xml", "<A>");
+  put("KRC/R1/Program/A/cellcal_fix.src", "DEF CELLCAL_FIX()\nEND\n");
+  put("KRC/R1/Program/B/cellcal_fix.src", "DEF CELLCAL_FIX( )\nEND\n");
+  EXPECT_EQ(read_controller_folder(folder), made);
+  put("KRC/R1/Program/Old/CELLCAL_RSI.SRC", made.at("cellcal_rsi.src"));
+  EXPECT_EQ(read_controller_folder(folder).size(), made.size() + 1) << "names as on the disk";
+  put("KRC/R1/Program/Old/cellcal_rsi.src", "DEF OTHER()\nEND\n");
+  EXPECT_THROW(read_controller_folder(folder), ConfigError);
+  put("cellcal_rsi.src", "DEF OTHER()\nEND\n");
+  EXPECT_EQ(read_controller_folder(folder).size(), 2U) << "a folder with a generated file is alone";
+  std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace cellcal::drivers
