@@ -154,7 +154,7 @@ MeanRows mean_rows(const Problem& problem, const Linearisation& at) {
     auto j = of.linear.jacobian.middleRows(next, count);
     r = at.residual.segment(row, count);
     j = at.jacobian.middleRows(row, count);
-    if (rows.size() > 1) {
+    if (rows.size() > 1) {  // (24a)
       for (auto other = rows.begin() + 1; other != rows.end(); ++other) {
         r += at.residual.segment(*other, count);
         j += at.jacobian.middleRows(*other, count);
