@@ -167,10 +167,9 @@ Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches
     calibration.verdict.add_first(*wrong);
     return calibration;
   }
-  // With so few touches any hypothesis would explain them; only a jump shows in the repeats of a place.
-  const bool few = calibration.verdict.too_few();
-  if (few && calibration.repeats.touches == 0) return calibration;
-  if (explained_by_jump(cell, touches, options, calibration) || few) return calibration;
+  // With so few touches any hypothesis would explain them.
+  if (calibration.verdict.too_few()) return calibration;
+  if (explained_by_jump(cell, touches, options, calibration)) return calibration;
   std::vector<Cause> causes;
   if (!calibration.verdict.publish()) causes = causes_of(cell, touches, other_robots);
   std::erase_if(causes, [&](const Cause& cause) {
