@@ -2,6 +2,7 @@
 // Content of a new cell file, in millimetres and degrees as typed.
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>

@@ -6,10 +6,10 @@
 
 #include <chrono>
 #include <exception>
-#include <tuple>
 #include <utility>
 
 #include "calib/model/iso_time.h"
+#include "daemon/runner/backend.h"
 #include "daemon/session/driver_phrase.h"
 #include "daemon/session/interruption.h"
 
@@ -21,18 +21,16 @@ constexpr std::chrono::milliseconds kPollPeriod{1};
 /// Reporting period of the link quality, for display.
 constexpr std::chrono::milliseconds kReportPeriod{200};
 
-/// As far as the session judges them.
 bool same(const Links& a, const Links& b) {
-  const auto of_robot = [](const drivers::RobotState& s) {
-    return std::tie(s.link, s.interruption, s.interruptions, s.session, s.late, s.needs_operator,
-                    s.unsettled, s.mode, s.override_percent, s.request, s.words);
-  };
-  const auto of_contact = [](const drivers::ContactStatus& s) {
-    return std::tie(s.link, s.can_guard_retreat, s.self_test_ok, s.clock_ok, s.fault,
-                    s.delivery.late, s.delivery.silent, s.delivery.open, s.words);
-  };
-  return of_robot(a.robot) == of_robot(b.robot) && of_contact(a.contact) == of_contact(b.contact) &&
-         a.in_contact() == b.in_contact();
+  return a.robot == b.robot && a.contact == b.contact && a.in_contact == b.in_contact &&
+         a.self_test_ok == b.self_test_ok && a.clock_ok == b.clock_ok && a.fault == b.fault &&
+         a.delivery.late == b.delivery.late && a.delivery.silent == b.delivery.silent &&
+         a.delivery.open == b.delivery.open && a.can_guard_retreat == b.can_guard_retreat &&
+         a.interruption == b.interruption && a.interruptions == b.interruptions &&
+         a.robot_session == b.robot_session && a.late == b.late &&
+         a.needs_operator == b.needs_operator && a.unsettled == b.unsettled && a.mode == b.mode &&
+         a.override_percent == b.override_percent && a.request == b.request &&
+         a.robot_words == b.robot_words && a.contact_words == b.contact_words;
 }
 
 }  // namespace
@@ -183,15 +181,37 @@ std::optional<Event> Runner::device_result() {
 }
 
 std::optional<Event> Runner::links_changed() {
-  Links links{parts_.backend.robot().state(), parts_.backend.contact().status()};
-  sensor_late_s_ = links.contact.quality.late_worst_s;
+  const drivers::RobotState robot = parts_.backend.robot().state();
+  const drivers::ContactStatus contact = parts_.backend.contact().status();
+  sensor_late_s_ = contact.quality.late_worst_s;
   if (const drivers::TimePoint now = parts_.backend.clock().now(); now >= next_report_) {
     next_report_ = now + kReportPeriod;
-    if (parts_.on_sample) parts_.on_sample(links.robot, links.contact);
+    if (parts_.on_sample) parts_.on_sample(robot, contact);
   }
+  const Links links{robot.link,
+                    robot.actual_rad,
+                    robot.interruption,
+                    robot.interruptions,
+                    robot.session,
+                    robot.late,
+                    robot.needs_operator,
+                    robot.unsettled,
+                    robot.mode,
+                    robot.override_slows,
+                    robot.override_percent,
+                    robot.request,
+                    phrase_of(robot.words),
+                    contact.link,
+                    contact.in_contact == true,
+                    contact.can_guard_retreat,
+                    contact.self_test_ok,
+                    contact.clock_ok,
+                    contact.fault,
+                    contact.delivery,
+                    phrase_of(contact.words)};
   if (seen_ && same(*seen_, links)) return std::nullopt;
   seen_ = links;
-  return Event{std::move(links)};
+  return Event{links};
 }
 
 namespace {
@@ -199,7 +219,7 @@ namespace {
 /// The event shows the arm at rest, with its position settled.
 bool shows_rest(Phase phase, const Event& event) {
   if (event.kind() == EventKind::kContact) return true;
-  return phase == Phase::kReferencing && event.get<Links>().robot.link == drivers::RobotLink::kReady;
+  return phase == Phase::kReferencing && event.get<Links>().robot == drivers::RobotLink::kReady;
 }
 
 }  // namespace
@@ -235,7 +255,7 @@ void Runner::note_step(Phase before, const Event& event) {
   change.on = event.kind();
   change.utc = event.utc;
   change.clock_s = std::chrono::duration<double>(event.at.time_since_epoch()).count();
-  change.late_replies = state_.links.robot.late;
+  change.late_replies = state_.links.late;
   change.sensor_late_s = sensor_late_s_;
   commit([change, words](Recorder& recorder) {
     recorder.note(change);

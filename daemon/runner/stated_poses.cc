@@ -1,5 +1,8 @@
 #include "daemon/runner/stated_poses.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "calib/model/units.h"
 
 namespace cellcal::daemon {

@@ -64,8 +64,8 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   status.done = std::max(state.done, done);
   const calib::Calibration* calibration = state.result ? state.result->calibration() : nullptr;
   status.residual_m = calibration != nullptr ? calibration->after.mean_m : state.residual_m;
-  status.robot_words = state.links.robot_words();
-  status.contact_words = state.links.contact_words();
+  status.robot_words = state.links.robot_words;
+  status.contact_words = state.links.contact_words;
   status.failure = state.failure;
   status.warnings = job.warnings;
   if (const auto model = calib::finding_of(job.stated_poses->judged(), job.cell.robot))

@@ -51,7 +51,7 @@ double armed_speed_m_s(const State& state) {
 double pace(const State& state) {
   constexpr int kFull = 100;
   const Links& links = state.links;
-  const int percent = links.robot.override_slows ? links.robot.override_percent.value_or(kFull) : kFull;
+  const int percent = links.override_slows ? links.override_percent.value_or(kFull) : kFull;
   return std::max(1, percent) / double{kFull};
 }
 

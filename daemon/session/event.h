@@ -12,7 +12,6 @@
 #include "calib/model/enum_table.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/words/phrase.h"
-#include "daemon/session/driver_phrase.h"
 #include "daemon/session/failure.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
@@ -86,23 +85,38 @@ inline constexpr Events kMoveResults{EventKind::kArrived,           EventKind::k
 
 /// State of the devices as seen by the session.
 struct Links {
-  drivers::RobotState robot;
-  drivers::ContactStatus contact;
+  drivers::RobotLink robot = drivers::RobotLink::kDown;
+  drivers::AxisAngles actual_rad;
+  drivers::Interruption interruption = drivers::Interruption::kNone;  ///< of the robot's link
+  std::uint32_t interruptions = 0;                                    ///< count so far
+  std::uint32_t robot_session = 0;  ///< session number of the controller
+  std::uint64_t late = 0;           ///< late replies, as counted by the controller
+  bool needs_operator = false, unsettled = false;
+  drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
+  bool override_slows = false;          ///< as in drivers::RobotState
+  std::optional<int> override_percent;  ///< none: not reported
+  drivers::ControllerRequest request = drivers::ControllerRequest::kNone;
+  calib::Phrase robot_words;
+  drivers::ContactLink contact = drivers::ContactLink::kDown;
+  bool in_contact = false;
+  bool can_guard_retreat = false;
+  bool self_test_ok = false;
+  bool clock_ok = false;  ///< the sensor's clock map is valid
+  drivers::ContactFault fault = drivers::ContactFault::kNone;
+  drivers::ContactDelivery delivery;
+  calib::Phrase contact_words;
 
   EventKind kind() const { return EventKind::kLinks; }
-  bool ready() const { return robot_up() && contact.link == drivers::ContactLink::kReady; }
-  bool in_contact() const { return contact.in_contact == true; }
-  calib::Phrase robot_words() const { return phrase_of(robot.words); }
-  calib::Phrase contact_words() const { return phrase_of(contact.words); }
+  bool ready() const { return robot_up() && contact == drivers::ContactLink::kReady; }
   /// The sensor's data are late, or missing without evidence of a sensor fault.
   bool late_here() const {
-    return contact.fault == drivers::ContactFault::kDeliveredLate ||
-           (contact.fault == drivers::ContactFault::kSilent && contact.delivery.open);
+    return fault == drivers::ContactFault::kDeliveredLate ||
+           (fault == drivers::ContactFault::kSilent && delivery.open);
   }
   /// Packets arrive, and the controller is ready to be moved.
   bool robot_up() const {
-    return robot.link != drivers::RobotLink::kDown && robot.link != drivers::RobotLink::kLost &&
-           !robot.needs_operator;
+    return robot != drivers::RobotLink::kDown && robot != drivers::RobotLink::kLost &&
+           !needs_operator;
   }
 };
 

@@ -46,20 +46,20 @@ Phrase or_else(const Phrase& words, const char* fallback) {
 }
 
 Phrase robot_words(const Links& links, const char* fallback = "say.failure.not_ready") {
-  return {"say.failure.robot", {{"why", or_else(links.robot_words(), fallback)}}};
+  return {"say.failure.robot", {{"why", or_else(links.robot_words, fallback)}}};
 }
 
 Phrase sensor_words(const Links& links) {
-  return {"say.failure.sensor", {{"why", or_else(links.contact_words(), "say.failure.not_ready")}}};
+  return {"say.failure.sensor", {{"why", or_else(links.contact_words, "say.failure.not_ready")}}};
 }
 
 Phrase link_words(const Links& links) {
   Phrase words;
-  if (links.robot.link == drivers::RobotLink::kNotReferenced)
+  if (links.robot == drivers::RobotLink::kNotReferenced)
     words = robot_words(links, "say.failure.not_referenced");
-  else if (links.robot.link != drivers::RobotLink::kReady)
+  else if (links.robot != drivers::RobotLink::kReady)
     words = robot_words(links);
-  if (links.contact.link == drivers::ContactLink::kReady) return words;
+  if (links.contact == drivers::ContactLink::kReady) return words;
   return sentences(words, sensor_words(links));
 }
 
@@ -79,7 +79,7 @@ double seconds(std::chrono::milliseconds t) { return std::chrono::duration<doubl
 
 /// The sensor was not proven, though both links are ready.
 Phrase not_proven_words(const State& state) {
-  if (state.links.in_contact()) return "say.failure.still_in_contact";
+  if (state.links.in_contact) return "say.failure.still_in_contact";
   return {"say.failure.self_test", {{"s", seconds(state.timeouts.proving)}}};
 }
 
@@ -99,8 +99,8 @@ Phrase not_ready_words(const State& state) {
 Phrase silent_words(const State& state, const Event& event) {
   using drivers::Interruption;
   const bool at_rest = event.kind() == EventKind::kLinks;
-  const Interruption by = at_rest ? state.links.robot.interruption : event.move().interruption;
-  const Phrase words = event.words.empty() ? state.links.robot_words() : event.words;
+  const Interruption by = at_rest ? state.links.interruption : event.move().interruption;
+  const Phrase words = event.words.empty() ? state.links.robot_words : event.words;
   const Phrase text = sentences(or_else(words, by == Interruption::kPacketsStopped
                                                    ? "say.failure.no_more_packets"
                                                    : "say.failure.session_stopped"),
@@ -117,7 +117,7 @@ Phrase silent_words(const State& state, const Event& event) {
 Phrase busy_words(const State& state, const Event& event) {
   const bool of_a_move = kMoveResults.has(event.kind());
   const bool replies = interruption_by(state, event) == drivers::Interruption::kLateReplies;
-  const Phrase text = or_else(of_a_move ? event.words : state.links.contact_words(),
+  const Phrase text = or_else(of_a_move ? event.words : state.links.contact_words,
                               replies ? "say.failure.busy.replies" : "say.failure.busy.sensor");
   const BusyRepeats& most = state.repeats;
   if (most.of_touch > 0 && repeats_of_touch(state) >= most.of_touch)
@@ -158,7 +158,7 @@ Phrase refused_to_arm_words(const State& state, const Phrase& why) {
   if (search.takes_s() <= kLongestSearchS)
     return sentences({"say.failure.refused_to_arm",
                       {{"why", or_else(why, "say.failure.no_answer")}}},
-                     state.links.contact_words());
+                     state.links.contact_words);
   constexpr double kFull = 100.0;
   const bool by_override = search.full_speed_s <= kLongestSearchS;
   return {by_override ? "say.failure.search_too_slow.override" : "say.failure.search_too_slow",
@@ -170,9 +170,9 @@ Phrase refused_to_arm_words(const State& state, const Phrase& why) {
 }
 
 Phrase attended_words(const Links& links) {
-  if (by_hand(links.robot.mode))
-    return {"say.failure.attended.mode", {{"mode", to_string(links.robot.mode)}}};
-  return {"say.failure.attended.override", {{"percent", links.robot.override_percent.value_or(100)}}};
+  if (by_hand(links.mode))
+    return {"say.failure.attended.mode", {{"mode", to_string(links.mode)}}};
+  return {"say.failure.attended.override", {{"percent", links.override_percent.value_or(100)}}};
 }
 
 Phrase unexpected_words(const State& state, const Event& event) {
@@ -198,9 +198,9 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kLinkNotReady:
       return not_ready_words(state);
     case FailureKind::kContactFault:
-      return or_else(state.links.contact_words(), "say.failure.sensor_fault");
+      return or_else(state.links.contact_words, "say.failure.sensor_fault");
     case FailureKind::kContactClosed:
-      return sentences("say.failure.contact_closed", state.links.contact_words());
+      return sentences("say.failure.contact_closed", state.links.contact_words);
     case FailureKind::kArmRefused:
       return refused_to_arm_words(state, words);
     case FailureKind::kNoContact:
@@ -217,9 +217,9 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kTooManyRevoked:
       return sentences(
           {"say.failure.noise", {{"n", state.revoked + 1}, {"target", target(state)}}},
-          links.contact_words());
+          links.contact_words);
     case FailureKind::kContactSilent:
-      return or_else(sentences(words, links.contact_words()), "say.failure.no_heartbeat");
+      return or_else(sentences(words, links.contact_words), "say.failure.no_heartbeat");
     case FailureKind::kComputerBusy:
       return busy_words(state, event);
     case FailureKind::kRobotSilent:
@@ -228,7 +228,7 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
       return or_else(words, "say.failure.not_begun");
     case FailureKind::kNotFollowing:
       return sentences(or_else(words, "say.failure.not_following"),
-                       links.robot.request == drivers::ControllerRequest::kCollision
+                       links.request == drivers::ControllerRequest::kCollision
                            ? "say.failure.collision"
                            : "say.failure.check_arm");
     case FailureKind::kStoppedElsewhere:
@@ -244,7 +244,7 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kAttended:
       return attended_words(state.links);
     case FailureKind::kControllerTest:
-      return links.robot.request == drivers::ControllerRequest::kMasteringTest
+      return links.request == drivers::ControllerRequest::kMasteringTest
                  ? "say.failure.mastering_test"
                  : "say.failure.brake_test";
     case FailureKind::kWindowOver:

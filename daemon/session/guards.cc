@@ -13,14 +13,14 @@ namespace {
 /// left.
 bool may_leave_contact(const State& state, const Links& links) {
   return state.resumed ||
-         (state.left && calib::way_out_of(*state.left, joint_vector(links.robot.actual_rad)));
+         (state.left && calib::way_out_of(*state.left, joint_vector(links.actual_rad)));
 }
 
 /// A sensor in contact cannot pass its self-test before the arm has left, but it is operational.
 bool contact_up(const State& state, const Links& links) {
   const bool touching =
-      may_leave_contact(state, links) && links.in_contact() && links.contact.can_guard_retreat;
-  return links.contact.link == drivers::ContactLink::kReady || touching;
+      may_leave_contact(state, links) && links.in_contact && links.can_guard_retreat;
+  return links.contact == drivers::ContactLink::kReady || touching;
 }
 
 /// This computer was late, or may have been; no other interruption.
@@ -33,8 +33,8 @@ drivers::Interruption interruption_by(const State& state, const Event& event) {
   if (event.kind() == EventKind::kArmRefused || event.kind() == EventKind::kDeadline)
     return Interruption::kLateBytes;
   if (event.kind() != EventKind::kLinks) return event.move().interruption;
-  if (paused(state, event)) return state.links.robot.interruption;
-  if (!state.links.late_here()) return state.links.robot.interruption;
+  if (paused(state, event)) return state.links.interruption;
+  if (!state.links.late_here()) return state.links.interruption;
   return late_at_rest(state, event) ? Interruption::kLateBytes : Interruption::kUnheard;
 }
 
@@ -71,7 +71,7 @@ bool nothing_left(const State& state, const Event& event) {
   return event.offer().plan && state.done >= event.offer().plan->touches.size();
 }
 bool fresh_and_closed(const State& state, const Event&) {
-  if (!state.links.in_contact() || may_leave_contact(state, state.links)) return false;
+  if (!state.links.in_contact || may_leave_contact(state, state.links)) return false;
   return !state.left || state.links.robot_up();  // the arm's position is unknown before
 }
 bool by_hand(drivers::OperatingMode mode) {
@@ -81,12 +81,12 @@ bool operator_present(const State& state, const Event& event) {
   constexpr int kFull = 100;
   const bool known = !robot_lost(state, event);
   return state.unattended && known &&
-         (by_hand(state.links.robot.mode) || state.links.robot.override_percent.value_or(kFull) != kFull);
+         (by_hand(state.links.mode) || state.links.override_percent.value_or(kFull) != kFull);
 }
 /// In unattended sessions only: the cell's own program runs the test after the session.
 bool test_requested(const State& state, const Event&) {
   using drivers::ControllerRequest;
-  const auto request = state.links.robot.request;
+  const auto request = state.links.request;
   return state.unattended &&
          (request == ControllerRequest::kBrakeTest || request == ControllerRequest::kMasteringTest);
 }
@@ -101,20 +101,20 @@ bool test_requested_between(const State& state, const Event& event) {
 bool contact_faulty(const State& state, const Event&) {
   // While late bytes are waited for, they are not a fault of the sensor.
   const bool waits = kAwaitingPhases.has(state.phase) && state.links.late_here();
-  if (state.links.contact.link == drivers::ContactLink::kFault) return !waits;
+  if (state.links.contact == drivers::ContactLink::kFault) return !waits;
   const bool was_ready = state.phase != Phase::kConnecting;
-  return was_ready && state.links.contact.link == drivers::ContactLink::kDown;
+  return was_ready && state.links.contact == drivers::ContactLink::kDown;
 }
 bool robot_lost(const State& state, const Event&) {
-  return state.links.robot.link == drivers::RobotLink::kLost ||
-         state.links.robot.link == drivers::RobotLink::kDown;
+  return state.links.robot == drivers::RobotLink::kLost ||
+         state.links.robot == drivers::RobotLink::kDown;
 }
 bool links_ready(const State& state, const Event&) {
   return state.links.robot_up() && contact_up(state, state.links);
 }
-bool in_contact(const State& state, const Event&) { return state.links.in_contact(); }
+bool in_contact(const State& state, const Event&) { return state.links.in_contact; }
 bool closed_since(const State& state, const Event&) {
-  return state.links.in_contact() &&
+  return state.links.in_contact &&
          !(may_leave_contact(state, state.links) && state.routed_in_contact);
 }
 bool interrupted(const State& state, const Event& event) {
@@ -130,7 +130,7 @@ bool unheard(const State& state, const Event& event) {
          may_go_on(state, FailureKind::kComputerBusy, drivers::Interruption::kLateBytes);
 }
 bool late_at_rest(const State& state, const Event&) {
-  return state.links.contact.fault == drivers::ContactFault::kDeliveredLate;
+  return state.links.fault == drivers::ContactFault::kDeliveredLate;
 }
 bool late_and_may_go_on(const State& state, const Event&) {
   return state.links.late_here() &&
@@ -144,31 +144,31 @@ bool unanswered_for_lateness(const State& state, const Event& event) {
       event.kind() == EventKind::kDeadline || refusal == ArmRefusal::kNoAnswer ||
       refusal == ArmRefusal::kNotReady || refusal == ArmRefusal::kLinkLost ||
       refusal == ArmRefusal::kClockNotSynchronised || refusal == ArmRefusal::kSelfTestOld;
-  return by_the_line && state.links.contact.delivery.late != state.late_before &&
+  return by_the_line && state.links.delivery.late != state.late_before &&
          may_go_on(state, FailureKind::kComputerBusy, drivers::Interruption::kLateBytes);
 }
 bool sensor_was_silent(const State& state, const Event&) {
-  return is_lateness(state) && state.links.contact.delivery.silent != state.silent_then;
+  return is_lateness(state) && state.links.delivery.silent != state.silent_then;
 }
 bool computer_blamed(const State& state, const Event&) {
-  return state.unheard && state.links.contact.delivery.late != state.late_then;
+  return state.unheard && state.links.delivery.late != state.late_then;
 }
 bool computer_blamed_and_back(const State& state, const Event& event) {
-  return computer_blamed(state, event) && links_ready(state, event) && !state.links.robot.unsettled;
+  return computer_blamed(state, event) && links_ready(state, event) && !state.links.unsettled;
 }
 bool robot_doubtful(const State& state, const Event& event) {
-  return robot_lost(state, event) || state.links.robot.needs_operator;
+  return robot_lost(state, event) || state.links.needs_operator;
 }
 /// While only sensor data or replies were late, the robot's link has no reason to be doubtful.
 bool robot_doubtful_meanwhile(const State& state, const Event& event) {
   // A thread that did not run loses its link by that alone; the link has to recover within the limit.
-  const bool by_itself = state.links.robot.interruption == drivers::Interruption::kLateReplies &&
-                         !state.links.robot.needs_operator;
+  const bool by_itself = state.links.interruption == drivers::Interruption::kLateReplies &&
+                         !state.links.needs_operator;
   return is_lateness(state) && robot_doubtful(state, event) && !by_itself && !paused(state, event);
 }
 bool late_again(const State& state, const Event& event) {
   const Links& links = state.links;
-  const bool late = links.contact.delivery.late != state.late_before || links.robot.late != state.replies_before;
+  const bool late = links.delivery.late != state.late_before || links.late != state.replies_before;
   return late && may_wait_longer(state, event);
 }
 bool only_sensor_missing(const State& state, const Event& event) {
@@ -179,35 +179,35 @@ bool may_wait_longer(const State& state, const Event& event) {
 }
 bool paused(const State& state, const Event&) {
   const Links& links = state.links;
-  return links.robot.link != drivers::RobotLink::kReady &&
-         may_go_on(state, failure_by(links.robot.interruption, FailureKind::kRobotSilent),
-                   links.robot.interruption);
+  return links.robot != drivers::RobotLink::kReady &&
+         may_go_on(state, failure_by(links.interruption, FailureKind::kRobotSilent),
+                   links.interruption);
 }
 bool paused_again(const State& state, const Event& event) {
-  return state.links.robot.interruptions != state.interruptions_before && paused(state, event);
+  return state.links.interruptions != state.interruptions_before && paused(state, event);
 }
 bool pause_noted(const State& state, const Event&) { return state.pause_noted; }
 bool both_back(const State& state, const Event& event) {
-  return links_ready(state, event) && !state.links.robot.unsettled && !state.unheard;
+  return links_ready(state, event) && !state.links.unsettled && !state.unheard;
 }
 bool other_session(const State& state, const Event&) {
-  return state.links.robot.link != drivers::RobotLink::kLost &&
-         state.links.robot.session != state.left_session;
+  return state.links.robot != drivers::RobotLink::kLost &&
+         state.links.robot_session != state.left_session;
 }
 bool touched_meanwhile(const State& state, const Event&) {
-  return state.links.in_contact() && !state.resumed;
+  return state.links.in_contact && !state.resumed;
 }
 bool both_proven(const State& state, const Event&) {
   const Links& links = state.links;
-  const bool sound = links.robot.late == state.replies_before &&
-                     links.robot.interruptions == state.interruptions_before &&
-                     links.contact.delivery.late == state.late_before;
-  return links.robot_up() && contact_up(state, links) && sound && links.contact.clock_ok &&
-         (links.contact.self_test_ok || links.in_contact());
+  const bool sound = links.late == state.replies_before &&
+                     links.interruptions == state.interruptions_before &&
+                     links.delivery.late == state.late_before;
+  return links.robot_up() && contact_up(state, links) && sound && links.clock_ok &&
+         (links.self_test_ok || links.in_contact);
 }
 bool not_where_left(const State& state, const Event& event) {
   if (!referenced(state, event) || !state.interrupted) return false;
-  const drivers::AxisAngles& at = state.links.robot.actual_rad;
+  const drivers::AxisAngles& at = state.links.actual_rad;
   if (at.size() != state.left_rad.size()) return true;
   for (std::size_t i = 0; i < at.size(); ++i) {
     if (!(std::abs(at[i] - state.left_rad[i]) <= kLeftThereRad)) return true;
@@ -221,7 +221,7 @@ bool none_left_after_interruption(const State& state, const Event& event) {
          (planned_made || (state.one_by_one && none_left(state, event)));
 }
 bool sensor_proven(const State& state, const Event&) {
-  return state.links.ready() && !state.links.in_contact();
+  return state.links.ready() && !state.links.in_contact;
 }
 bool sensor_proven_freed(const State& state, const Event& event) {
   return sensor_proven(state, event) && !state.touch_failed && !state.missed;
@@ -230,7 +230,7 @@ bool sensor_proven_at_standoff(const State& state, const Event& event) {
   return sensor_proven_freed(state, event) && !more_waypoints(state, event);
 }
 bool referenced(const State& state, const Event&) {
-  return state.links.robot.link == drivers::RobotLink::kReady;
+  return state.links.robot == drivers::RobotLink::kReady;
 }
 bool back_to_search(const State& state, const Event& event) {
   return referenced(state, event) && state.interrupted &&
@@ -253,7 +253,7 @@ bool more_way_home(const State& state, const Event&) {
 bool no_way_home(const State& state, const Event&) { return state.plan->home.empty(); }
 bool not_self_tested(const State& state, const Event&) { return !state.self_tested; }
 bool self_test_passed(const State& state, const Event&) {
-  return !state.arm_pending && state.links.contact.self_test_ok && state.links.ready();
+  return !state.arm_pending && state.links.self_test_ok && state.links.ready();
 }
 bool too_early(const State& state, const Event& event) {
   // True also for NaN.
@@ -288,10 +288,10 @@ bool one_by_one_after_failure(const State& state, const Event&) {
 }
 bool sensor_proven_after_failure(const State& state, const Event& event) {
   return one_by_one_after_failure(state, event) && sensor_proven(state, event) &&
-         state.links.contact.self_test_ok;
+         state.links.self_test_ok;
 }
 bool sensor_proven_after_miss(const State& state, const Event& event) {
-  return state.missed && sensor_proven(state, event) && state.links.contact.self_test_ok;
+  return state.missed && sensor_proven(state, event) && state.links.self_test_ok;
 }
 bool not_found(const State&, const Event& event) { return event.routed().not_found; }
 bool not_found_after_last(const State& state, const Event&) {

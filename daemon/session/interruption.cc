@@ -132,8 +132,8 @@ void record_interruption_cause(State& state, const Event& event) {
   const FailureKind kind =
       failure_by(by, state.unheard ? FailureKind::kContactSilent : FailureKind::kRobotSilent);
   calib::Phrase detail = failure_detail(kind, state, event);
-  state.late_then = state.links.contact.delivery.late;
-  state.silent_then = state.links.contact.delivery.silent;
+  state.late_then = state.links.delivery.late;
+  state.silent_then = state.links.delivery.silent;
   if (state.unheard)
     state.interrupted = Failure{kind, std::move(detail), by};
   else
@@ -200,7 +200,7 @@ void interrupt(State& state, const Event& event, Actions& actions) {
   constexpr Phases kBeforeTheFirstMove{Phase::kReferencing, Phase::kRouting,
                                        Phase::kWatchingTheLinks};
   // A retreat that leads on to the next touch counts as at the sphere while in contact.
-  const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact();
+  const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact;
   if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase) && !gone;
   state.ahead = {};
   state.resume_path = resume_path(state);
@@ -221,8 +221,8 @@ void interrupt(State& state, const Event& event, Actions& actions) {
 void note_pause(State& state, const Event& event, Actions&) {
   record_interruption_cause(state, event);
   state.pause_noted = true;
-  state.left_session = state.links.robot.session;
-  state.left_rad = state.links.robot.actual_rad;
+  state.left_session = state.links.robot_session;
+  state.left_rad = state.links.actual_rad;
 }
 
 void interrupt_behind_touch(State& state, const Event& event, Actions& actions) {
@@ -232,17 +232,17 @@ void interrupt_behind_touch(State& state, const Event& event, Actions& actions) 
 }
 
 void watch_links(State& state, const Event& event, Actions& actions) {
-  state.replies_before = state.links.robot.late;
-  state.late_before = state.links.contact.delivery.late;
-  state.interruptions_before = state.links.robot.interruptions;
-  if (!state.links.in_contact()) actions.emplace_back(SelfTest{});
+  state.replies_before = state.links.late;
+  state.late_before = state.links.delivery.late;
+  state.interruptions_before = state.links.interruptions;
+  if (!state.links.in_contact) actions.emplace_back(SelfTest{});
   state.deadline = event.at + state.timeouts.watching;
 }
 
 /// The cause of the silence is known: the data were sent in time.
 void blame_computer(State& state, const Event& event, Actions& actions) {
   state.unheard = false;
-  count_interruption(state, FailureKind::kComputerBusy, state.links.contact_words(),
+  count_interruption(state, FailureKind::kComputerBusy, state.links.contact_words,
                      drivers::Interruption::kLateBytes);
   record_interruption(state, actions);
   await_links(state, event);

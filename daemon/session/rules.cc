@@ -35,11 +35,11 @@ using drivers::MoveKind;
 drivers::Interruption behind(FailureKind kind, const State& state, const Event& event) {
   if (kind == FailureKind::kComputerBusy) return interruption_by(state, event);
   if (kind == FailureKind::kContactSilent)
-    return state.links.contact.link == drivers::ContactLink::kDown
+    return state.links.contact == drivers::ContactLink::kDown
                ? drivers::Interruption::kOther
                : drivers::Interruption::kPacketsStopped;
   if (kind != FailureKind::kRobotSilent) return drivers::Interruption::kNone;
-  return event.kind() == EventKind::kLinks ? state.links.robot.interruption : event.move().interruption;
+  return event.kind() == EventKind::kLinks ? state.links.interruption : event.move().interruption;
 }
 
 std::chrono::milliseconds milliseconds(double seconds) {
@@ -137,7 +137,7 @@ void decide_approach(State& state) {
 }
 
 void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
-  state.late_before = state.links.contact.delivery.late;
+  state.late_before = state.links.delivery.late;
   const double search_s = next_search(state, speed_m_s).takes_s();
   if (search_s > kLongestSearchS) {
     state.deadline = event.at;  // refused at once
@@ -237,16 +237,16 @@ void open_devices(State& state, const Event& event, Actions& actions) {
 
 void rereference(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(Rereference{});
-  state.interruptions_before = state.links.robot.interruptions;
+  state.interruptions_before = state.links.interruptions;
   state.deadline = event.at + state.timeouts.referencing;
 }
 
 void find_route(State& state, const Event& event, Actions& actions) {
-  state.routed_in_contact = state.links.in_contact();
+  state.routed_in_contact = state.links.in_contact;
   ++state.route_id;
   if (state.one_by_one)
     actions.emplace_back(
-        ChooseTouch{state.touch_failed, state.links.in_contact(), {}, state.route_id});
+        ChooseTouch{state.touch_failed, state.links.in_contact, {}, state.route_id});
   else
     actions.emplace_back(FindRoute{state.done, state.route_id});
   state.touch_failed.reset();
@@ -521,8 +521,8 @@ void fail(FailureKind kind, State& state, const Event& event, Actions& actions) 
 }
 
 void fail_of_sensor(State& state, const Event& event, Actions& actions) {
-  const bool silent = state.links.contact.link == drivers::ContactLink::kDown ||
-                      state.links.contact.fault == drivers::ContactFault::kSilent;
+  const bool silent = state.links.contact == drivers::ContactLink::kDown ||
+                      state.links.fault == drivers::ContactFault::kSilent;
   fail(silent ? FailureKind::kContactSilent : FailureKind::kContactFault, state, event, actions);
 }
 

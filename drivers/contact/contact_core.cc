@@ -1,5 +1,6 @@
 #include "drivers/contact/contact_core.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 

@@ -2,6 +2,7 @@
 // The body of one routine: statements to code. Internal to Program.
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>

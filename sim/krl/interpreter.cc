@@ -1,6 +1,8 @@
 #include "sim/krl/interpreter.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 
 namespace cellcal::sim::krl {
 

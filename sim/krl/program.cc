@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <stdexcept>
 
 #include "calib/model/error.h"
 #include "calib/model/units.h"

@@ -1,6 +1,7 @@
 #include "drivers/contact/port/port_keeper.h"
 
 #include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <optional>

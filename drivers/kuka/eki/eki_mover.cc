@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "drivers/kuka/eki/eki_core.h"
+#include "drivers/kuka/moves/move_queue.h"
 #include "drivers/units.h"
 
 namespace cellcal::drivers {

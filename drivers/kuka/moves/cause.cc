@@ -1,8 +1,11 @@
 #include "drivers/kuka/moves/cause.h"
 
 #include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
+
+#include "drivers/sentence.h"
 
 namespace cellcal::drivers {
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "drivers/error.h"
 #include "drivers/kuka/wire/wire_axes.h"
 

@@ -1,7 +1,10 @@
 #include "drivers/kuka/rsi/path_move.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "drivers/kuka/rsi/motion.h"
 
 namespace cellcal::drivers {
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "drivers/error.h"
 #include "drivers/kuka/moves/move_queue.h"

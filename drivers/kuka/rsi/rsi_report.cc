@@ -1,5 +1,6 @@
 #include "drivers/kuka/rsi/rsi_report.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "drivers/kuka/wire/wire_axes.h"

@@ -203,10 +203,10 @@ TEST(ASessionOfChosenTouches, MovesNoFurtherAfterAFailedTouchBeforeTheSensorIsPr
   state.plan = std::make_shared<const calib::Plan>(line_plan(1));
   state.touch_failed = calib::NotMade::kMissed;
   Event event{Links{}};
-  links(event).robot.link = drivers::RobotLink::kReady;
-  links(event).contact.link = drivers::ContactLink::kReady;
+  links(event).robot = drivers::RobotLink::kReady;
+  links(event).contact = drivers::ContactLink::kReady;
   EXPECT_EQ(step(state, event).state.phase, Phase::kProving);
-  links(event).contact.self_test_ok = true;
+  links(event).self_test_ok = true;
   EXPECT_EQ(step(state, event).state.phase, Phase::kChoosing);
 }
 

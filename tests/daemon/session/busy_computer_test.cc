@@ -180,7 +180,7 @@ Walk recovering(Interruption by) {
 
 TEST(BehindALateness, NothingMovesBeforeSelfTestClockReferenceAndPlace) {
   Walk walk = recovering(Interruption::kLateBytes);
-  const auto at_the_contact = [](Event& event) { links(event).robot.actual_rad = {0.105}; };
+  const auto at_the_contact = [](Event& event) { links(event).actual_rad = {0.105}; };
   walk.on(EventKind::kLinks, at_the_contact);
   EXPECT_EQ(walk.state.phase, Phase::kWatchingTheLinks);
   walk.the<SelfTest>();
@@ -199,31 +199,31 @@ TEST(BehindALateness, AnySignOfAFaultEndsIt) {
     FailureKind kind;
   };
   const Sign kSigns[] = {
-      {"robot lost", [](Event& e) { links(e).robot.link = drivers::RobotLink::kLost; },
+      {"robot lost", [](Event& e) { links(e).robot = drivers::RobotLink::kLost; },
        FailureKind::kComputerBusy},
-      {"program stopped", [](Event& e) { links(e).robot.needs_operator = true; },
+      {"program stopped", [](Event& e) { links(e).needs_operator = true; },
        FailureKind::kComputerBusy},
-      {"another session", [](Event& e) { links(e).robot.session = 2; }, FailureKind::kComputerBusy},
-      {"sensor silent", [](Event& e) { links(e).contact.delivery.silent = 1; }, FailureKind::kComputerBusy},
+      {"another session", [](Event& e) { links(e).robot_session = 2; }, FailureKind::kComputerBusy},
+      {"sensor silent", [](Event& e) { links(e).delivery.silent = 1; }, FailureKind::kComputerBusy},
       {"sensor restarted",
        [](Event& e) {
-         links(e).contact.link = ContactLink::kFault;
-         links(e).contact.fault = ContactFault::kLostState;
+         links(e).contact = ContactLink::kFault;
+         links(e).fault = ContactFault::kLostState;
        },
        FailureKind::kContactFault},
       {"self-test failed",
        [](Event& e) {
-         links(e).contact.link = ContactLink::kFault;
-         links(e).contact.fault = ContactFault::kSelfTestFailed;
+         links(e).contact = ContactLink::kFault;
+         links(e).fault = ContactFault::kSelfTestFailed;
        },
        FailureKind::kContactFault},
       {"silent, and by its own stamps",
        [](Event& e) {
-         links(e).contact.link = ContactLink::kFault;
-         links(e).contact.fault = ContactFault::kSilent;
+         links(e).contact = ContactLink::kFault;
+         links(e).fault = ContactFault::kSilent;
        },
        FailureKind::kContactSilent},
-      {"port lost", [](Event& e) { links(e).contact.link = ContactLink::kDown; },
+      {"port lost", [](Event& e) { links(e).contact = ContactLink::kDown; },
        FailureKind::kContactSilent}};
   for (const Sign& sign : kSigns) {
     for (const bool watching : {false, true}) {
@@ -240,9 +240,9 @@ TEST(BehindALateness, AnySignOfAFaultEndsIt) {
 
 TEST(BehindALateness, WhatIsNotProvenByTheEndOfTheWatchIsNotBelieved) {
   const std::pair<const char*, std::function<void(Event&)>> kLacks[] = {
-      {"self-test", [](Event& e) { links(e).contact.self_test_ok = false; }},
-      {"clock", [](Event& e) { links(e).contact.clock_ok = false; }},
-      {"sensor", [](Event& e) { links(e).contact.link = ContactLink::kIdentifying; }}};
+      {"self-test", [](Event& e) { links(e).self_test_ok = false; }},
+      {"clock", [](Event& e) { links(e).clock_ok = false; }},
+      {"sensor", [](Event& e) { links(e).contact = ContactLink::kIdentifying; }}};
   for (const auto& [name, change] : kLacks) {
     Walk walk = recovering(Interruption::kLateBytes);
     walk.on(EventKind::kLinks);
@@ -261,7 +261,7 @@ TEST(BehindALateness, AHeartbeatThatIsLateAgainBeginsTheWatchAnew) {
   Walk walk = recovering(Interruption::kLateBytes);
   walk.on(EventKind::kLinks);
   const auto before = walk.state.deadline;
-  walk.on(EventKind::kLinks, [](Event& event) { links(event).contact.delivery.late = 5; });
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).delivery.late = 5; });
   EXPECT_EQ(walk.state.phase, Phase::kWatchingTheLinks);
   EXPECT_GT(*walk.state.deadline, *before);
   walk.the<SelfTest>();
@@ -272,17 +272,17 @@ TEST(BehindALateness, AHeartbeatThatIsLateAgainBeginsTheWatchAnew) {
 TEST(ASensorThatWasIdentifiedAnew, IsNoFaultySensorWhileItsBytesWereLate) {
   Walk walk = recovering(Interruption::kUnheard);
   walk.on(EventKind::kLinks, [](Event& event) {
-    links(event).contact.link = ContactLink::kFault;
-    links(event).contact.fault = ContactFault::kSilent;
-    links(event).contact.delivery.open = true;
+    links(event).contact = ContactLink::kFault;
+    links(event).fault = ContactFault::kSilent;
+    links(event).delivery.open = true;
   });
   EXPECT_EQ(walk.state.phase, Phase::kRecovering);
   EXPECT_EQ(walk.state.interruptions.of_computer(), 0);
   walk.on(EventKind::kLinks, [](Event& event) {
-    links(event).contact.link = ContactLink::kFault;
-    links(event).contact.fault = ContactFault::kDeliveredLate;
-    links(event).contact.delivery.late = 1;
-    links(event).contact.words = "this computer was busy";
+    links(event).contact = ContactLink::kFault;
+    links(event).fault = ContactFault::kDeliveredLate;
+    links(event).delivery.late = 1;
+    links(event).contact_words = "this computer was busy";
   });
   EXPECT_EQ(walk.state.phase, Phase::kRecovering);
   EXPECT_EQ(walk.state.interruptions.of_computer(), 1);
@@ -292,7 +292,7 @@ TEST(ASensorThatWasIdentifiedAnew, IsNoFaultySensorWhileItsBytesWereLate) {
   EXPECT_EQ(walk.state.phase, Phase::kRecovering)
       << "the robot is there: a busy spell is waited out";
   EXPECT_EQ(walk.state.deadline, walk.state.busy_until);
-  walk.on(EventKind::kLinks, [](Event& event) { links(event).contact.delivery.late = 1; });
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).delivery.late = 1; });
   EXPECT_EQ(walk.state.phase, Phase::kWatchingTheLinks);
 }
 
@@ -300,8 +300,8 @@ TEST(ARobotWhoseLinkIsLostBecauseItsThreadDidNotRun, IsWaitedForThreeSeconds) {
   for (const bool back : {true, false}) {
     Walk walk = recovering(Interruption::kLateReplies);
     const auto lost = [](Event& event) {
-      links(event).robot.link = drivers::RobotLink::kLost;
-      links(event).robot.interruption = Interruption::kLateReplies;
+      links(event).robot = drivers::RobotLink::kLost;
+      links(event).interruption = Interruption::kLateReplies;
     };
     walk.on(EventKind::kLinks, lost);
     ASSERT_EQ(walk.state.phase, Phase::kRecovering);
@@ -318,9 +318,9 @@ TEST(ARobotWhoseLinkIsLostBecauseItsThreadDidNotRun, IsWaitedForThreeSeconds) {
 
 TEST(ALatenessAtRest, IsGoneOnFromLikewise) {
   const auto late = [](Event& event) {
-    links(event).contact.link = ContactLink::kFault;
-    links(event).contact.fault = ContactFault::kDeliveredLate;
-    links(event).contact.words = "this computer was busy: sensor data 340 ms late, limit 300 ms";
+    links(event).contact = ContactLink::kFault;
+    links(event).fault = ContactFault::kDeliveredLate;
+    links(event).contact_words = "this computer was busy: sensor data 340 ms late, limit 300 ms";
   };
   for (const bool may : {true, false}) {
     Walk walk;
@@ -344,8 +344,8 @@ TEST(ALatenessWhileATouchGoesToTheDisk, WaitsUntilItIsThere) {
   walk.contact(0.11, 0.1102);
   ASSERT_EQ(walk.state.phase, Phase::kRecording);
   walk.on(EventKind::kLinks, [](Event& event) {
-    links(event).contact.link = ContactLink::kFault;
-    links(event).contact.fault = ContactFault::kDeliveredLate;
+    links(event).contact = ContactLink::kFault;
+    links(event).fault = ContactFault::kDeliveredLate;
   });
   EXPECT_EQ(walk.state.phase, Phase::kRecording);
   walk.on(EventKind::kRecorded);
@@ -366,8 +366,8 @@ TEST(ALatenessWhileTheLastTouchGoesToTheDisk, IsFollowedByTheRetreatAndTheWayHom
     ASSERT_EQ(walk.state.phase, Phase::kRecording);
     walk.state.leads_on = led_on;
     walk.on(EventKind::kLinks, [](Event& event) {
-      links(event).contact.link = ContactLink::kFault;
-      links(event).contact.fault = ContactFault::kDeliveredLate;
+      links(event).contact = ContactLink::kFault;
+      links(event).fault = ContactFault::kDeliveredLate;
     });
     walk.on(EventKind::kRecorded);
     ASSERT_EQ(walk.state.phase, Phase::kRecovering);
@@ -397,7 +397,7 @@ TEST(AnArmingThatWasNotAnswered, InTimeIsRepeatedWhereThisComputerWasLateAndOnly
   Walk walk;
   walk.state.repeats = BusyRepeats{};
   walk.to_arming();
-  walk.on(EventKind::kLinks, [](Event& event) { links(event).contact.delivery.late = 1; });
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).delivery.late = 1; });
   for (int i = 0; i < 2; ++i) {
     walk.on(EventKind::kArmRefused,
             [](Event& event) { arming(event).refusal = drivers::ArmRefusal::kInContact; });
@@ -408,7 +408,7 @@ TEST(AnArmingThatWasNotAnswered, InTimeIsRepeatedWhereThisComputerWasLateAndOnly
 
 TEST(AContactBehindALateness, InTransitEndsTheSessionAndAtTheSphereDoesNot) {
   const auto touching = [](Event& event) {
-    links(event).contact.in_contact = links(event).contact.can_guard_retreat = true;
+    links(event).in_contact = links(event).can_guard_retreat = true;
   };
   Walk at_the_sphere = recovering(Interruption::kLateBytes);
   at_the_sphere.on(EventKind::kLinks, touching);
@@ -439,7 +439,7 @@ void late_bytes(Event& event) {
 }
 /// Both links are verified; the arm is where it was left.
 void prove_links(Walk& walk) {
-  const auto there = [](Event& event) { links(event).robot.actual_rad = {0.112}; };
+  const auto there = [](Event& event) { links(event).actual_rad = {0.112}; };
   walk.on(EventKind::kLinks, there);
   walk.on(EventKind::kDeadline);
   ASSERT_EQ(walk.state.phase, Phase::kReferencing);

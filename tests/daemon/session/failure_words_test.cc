@@ -22,8 +22,8 @@ constexpr const char* kStand =
 struct FailureWords : ::testing::Test {
   FailureWords() {
     state.plan = std::make_shared<calib::Plan>(line_plan(2));
-    state.links.robot.link = RobotLink::kReady;
-    state.links.contact.link = ContactLink::kReady;
+    state.links.robot = RobotLink::kReady;
+    state.links.contact = ContactLink::kReady;
   }
   std::string in(Phase phase, F kind = F::kDevice) {
     state.phase = phase;
@@ -147,15 +147,15 @@ TEST_F(FailureWords, NameTheCommandOfANewSessionWhereTheKindIsNotResumed) {
 
 TEST_F(FailureWords, SayWhichLinkIsMissingAndWhatToStart) {
   state.how_to_start = "start CELLCAL_RSI";
-  state.links.robot.link = RobotLink::kDown;
+  state.links.robot = RobotLink::kDown;
   const std::string waited = ". Waited 300 s ([session] connect_wait_s)";
   EXPECT_EQ(in(kConnecting, F::kLinkNotReady), "robot: not ready. Start CELLCAL_RSI" + waited);
-  state.links.robot.words = "no packet";
-  state.links.contact.link = ContactLink::kDown;
+  state.links.robot_words = "no packet";
+  state.links.contact = ContactLink::kDown;
   EXPECT_EQ(in(kConnecting, F::kLinkNotReady),
             "robot: no packet. Start CELLCAL_RSI. Contact sensor: not ready" + waited);
-  state.links.robot.link = RobotLink::kReady;
-  state.links.contact.words = "no answer";
+  state.links.robot = RobotLink::kReady;
+  state.links.contact_words = "no answer";
   EXPECT_EQ(in(kConnecting, F::kLinkNotReady), "contact sensor: no answer" + waited);
 }
 
@@ -164,14 +164,14 @@ TEST_F(FailureWords, SayWhyTheSensorWasNotProvenThoughBothLinksAreReady) {
   EXPECT_EQ(
       in(kProving, F::kLinkNotReady),
       touch + "no result of the contact sensor's self-test within 15 s. Check the sensor's cable");
-  state.links.contact.in_contact = true;
+  state.links.in_contact = true;
   EXPECT_NE(in(kProving, F::kLinkNotReady).find("contact did not open"), std::string::npos);
 }
 
 TEST_F(FailureWords, SayOfLinksThatWereUpBeforeWhichOneIsNot) {
   const auto words = [&](RobotLink robot, ContactLink contact) {
-    state.links.robot.link = robot;
-    state.links.contact.link = contact;
+    state.links.robot = robot;
+    state.links.contact = contact;
     return in(kWatchingTheLinks, F::kLinkNotReady);
   };
   EXPECT_EQ(words(RobotLink::kReady, ContactLink::kReady), "");
@@ -183,8 +183,8 @@ TEST_F(FailureWords, SayOfLinksThatWereUpBeforeWhichOneIsNot) {
 }
 
 TEST_F(FailureWords, OfASilentRobotComeFromItsLinkAtRestAndFromTheMoveOnItsWay) {
-  state.links.robot.words = "as last seen";
-  state.links.robot.interruption = Interruption::kPacketsStopped;
+  state.links.robot_words = "as last seen";
+  state.links.interruption = Interruption::kPacketsStopped;
   event = event_of_kind(EventKind::kLinks);
   EXPECT_EQ(in(kConnecting, F::kRobotSilent), std::string("as last seen") + kStand);
   event = event_of_kind(EventKind::kRobotSilent);
@@ -193,8 +193,7 @@ TEST_F(FailureWords, OfASilentRobotComeFromItsLinkAtRestAndFromTheMoveOnItsWay) 
   event.words = "12 ms without a packet";
   move(event).interruption = Interruption::kOther;
   EXPECT_EQ(in(kConnecting, F::kRobotSilent), std::string("12 ms without a packet") + kStand);
-  event.words = "";
-  state.links.robot.words = "";
+  event.words = state.links.robot_words = "";
   EXPECT_EQ(in(kConnecting, F::kRobotSilent),
             std::string("the robot controller stopped the session") + kStand);
 }
@@ -232,10 +231,10 @@ TEST_F(FailureWords, OfABusyComputerSaySoFirstAndWhichBoundIsReached) {
             busy + ". All 9 repeats of a session are used ([session] busy_repeats)");
   // At rest the evidence comes from the sensor's link.
   event = event_of_kind(EventKind::kLinks);
-  state.links.contact.words = "this computer was busy: sensor data 340 ms late, limit 300 ms";
+  state.links.contact_words = "this computer was busy: sensor data 340 ms late, limit 300 ms";
   state.repeats = {};
   state.interruptions = {};
-  EXPECT_EQ(in(kConnecting, F::kComputerBusy), words(state.links.contact_words()));
+  EXPECT_EQ(in(kConnecting, F::kComputerBusy), words(state.links.contact_words));
 }
 
 }  // namespace

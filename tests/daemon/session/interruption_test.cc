@@ -238,7 +238,7 @@ TEST(AnInterruptionOfARetreatThatLeadsOn, ExpectsAContactOnlyWhereItHasNotOpened
     walk.contact(0.11, 0.1102);
     walk.on(EventKind::kRecorded);
     ASSERT_TRUE(walk.state.leads_on);
-    walk.on(EventKind::kLinks, [&](Event& event) { links(event).contact.in_contact = touching; });
+    walk.on(EventKind::kLinks, [&](Event& event) { links(event).in_contact = touching; });
     walk.on(EventKind::kRobotSilent,
             [](Event& event) { move(event).interruption = Interruption::kPacketsStopped; });
     EXPECT_EQ(walk.state.phase, Phase::kRecovering);
@@ -273,8 +273,8 @@ TEST(AnInterruptionBeforeTheFirstMove, ForgetsNeitherThatTheArmTouchesNorThatItD
     walk.to_routing();
     ASSERT_EQ(walk.state.phase, Phase::kRouting);
     walk.on(EventKind::kLinks, [](Event& event) {
-      links(event).robot.link = drivers::RobotLink::kLost;
-      links(event).robot.interruption = Interruption::kPacketsStopped;
+      links(event).robot = drivers::RobotLink::kLost;
+      links(event).interruption = Interruption::kPacketsStopped;
     });
     EXPECT_EQ(walk.state.phase, Phase::kRecovering);
     EXPECT_EQ(walk.state.resumed, resumed);
@@ -287,8 +287,8 @@ TEST(AnInterruption, AsksUnderNumbersThatAreNeverNought) {
   walk.to_routing();
   walk.state.arm_id = 0xFFFF;
   walk.on(EventKind::kLinks, [](Event& event) {
-    links(event).robot.link = drivers::RobotLink::kLost;
-    links(event).robot.interruption = Interruption::kPacketsStopped;
+    links(event).robot = drivers::RobotLink::kLost;
+    links(event).interruption = Interruption::kPacketsStopped;
   });
   EXPECT_EQ(walk.state.arm_id, 1);
 }

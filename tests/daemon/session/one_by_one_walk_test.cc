@@ -177,7 +177,7 @@ TEST_F(OneByOneWalk, ReplacesTouchesThatCouldNotBeMadeButNotForEver) {
     EXPECT_EQ(walk.state.failed_touches, failed);
     walk.on(EventKind::kArrived);
     walk.the<SelfTest>();
-    walk.on(EventKind::kLinks, [](Event& event) { links(event).contact.self_test_ok = false; });
+    walk.on(EventKind::kLinks, [](Event& event) { links(event).self_test_ok = false; });
     EXPECT_EQ(walk.state.phase, Phase::kProving);
     walk.on(EventKind::kLinks);
     EXPECT_EQ(walk.the<ChooseTouch>().failed, calib::NotMade::kMissed);
@@ -241,8 +241,8 @@ TEST_F(OneByOneWalk, ThatIsResumedAtASphereSaysSoWhenItChooses) {
   walk.on(EventKind::kRun);
   walk.on(EventKind::kPlanned);
   const auto touching = [](Event& event) {
-    links(event).contact.in_contact = true;
-    links(event).contact.can_guard_retreat = true;
+    links(event).in_contact = true;
+    links(event).can_guard_retreat = true;
   };
   walk.on(EventKind::kLinks, touching);
   walk.on(EventKind::kLinks, touching);

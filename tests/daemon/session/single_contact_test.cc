@@ -46,8 +46,8 @@ TEST(OneFastContact, UnderAnOverrideMakesATouchWithTheSpeedThatItLeaves) {
   SecondTouch second;
   second.to_fast_search();
   second.walk.on(EventKind::kLinks, [](Event& event) {
-    links(event).robot.override_percent = 50;
-    links(event).robot.override_slows = true;
+    links(event).override_percent = 50;
+    links(event).override_slows = true;
   });
   second.walk.contact(0.21, 0.2102);
   EXPECT_NEAR(second.walk.the<RecordTouch>().touch.speed_m_s, 0.005, 1e-12);

@@ -60,16 +60,16 @@ struct Meant {
   void operator()(Links& links) const {
     if (of_the_sensor(param)) {
       const bool known = param.interruption == drivers::Interruption::kLateBytes;
-      links.contact.fault =
+      links.fault =
           known ? drivers::ContactFault::kDeliveredLate : drivers::ContactFault::kSilent;
-      links.contact.delivery.open = !known;
+      links.delivery.open = !known;
     } else {
-      links.robot.interruption = param.interruption;
+      links.interruption = param.interruption;
     }
     const bool ready = param.interruption == drivers::Interruption::kNone || of_the_sensor(param);
-    links.robot.link = ready ? drivers::RobotLink::kReady : drivers::RobotLink::kLost;
-    links.robot.interruptions = ready ? 0 : 1;
-    links.contact.link =
+    links.robot = ready ? drivers::RobotLink::kReady : drivers::RobotLink::kLost;
+    links.interruptions = ready ? 0 : 1;
+    links.contact =
         of_the_sensor(param) ? drivers::ContactLink::kFault : drivers::ContactLink::kReady;
   }
   void operator()(ArmAnswer& answer) const { answer.arm_id = 3; }
@@ -172,8 +172,8 @@ TEST_P(EveryPair, BeginsAMoveOnlyWhenTheJournalSaysThatAllBeforeItIsOnDisk) {
 
 TEST_P(EveryPair, EndsAMoveThatHasNotBegunWithoutAStop) {
   Event lost = event_of_kind(EventKind::kLinks), faulty = lost;
-  testing::links(lost).robot.link = drivers::RobotLink::kLost;
-  testing::links(faulty).contact.link = drivers::ContactLink::kFault;
+  testing::links(lost).robot = drivers::RobotLink::kLost;
+  testing::links(faulty).contact = drivers::ContactLink::kFault;
   const std::pair<Event, std::optional<FailureKind>> kCases[] = {
       {event_of_kind(EventKind::kAbort), std::nullopt},
       {event_of_kind(EventKind::kDeadline), FailureKind::kJournal},

@@ -102,9 +102,9 @@ class Walk {
     void operator()(JournalSound& sound) const { sound.move_id = walk.state.move_id; }
     void operator()(ArmAnswer& answer) const { answer.arm_id = walk.state.arm_id; }
     void operator()(Links& links) const {
-      links.robot.link = drivers::RobotLink::kReady;
-      links.contact.link = drivers::ContactLink::kReady;
-      links.contact.self_test_ok = links.contact.clock_ok = true;
+      links.robot = drivers::RobotLink::kReady;
+      links.contact = drivers::ContactLink::kReady;
+      links.self_test_ok = links.clock_ok = true;
     }
     void operator()(Planned& planned) const {
       planned.offer = offer();

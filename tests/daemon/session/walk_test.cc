@@ -238,8 +238,8 @@ TEST(AWalk, WaitsForBothLinks) {
     walk.on(EventKind::kRun);
     walk.on(EventKind::kPlanned);
     walk.on(EventKind::kLinks, [=](Event& event) {
-      links(event).robot.link = robot;
-      links(event).contact.link = contact;
+      links(event).robot = robot;
+      links(event).contact = contact;
     });
     return walk.state.phase;
   };
@@ -260,37 +260,37 @@ TEST(AWalk, TakesALinkThatGoesDownWhileItStandsForLost) {
     walk.on(EventKind::kLinks, change);
     return walk.state;
   };
-  EXPECT_EQ(after([](Event& e) { links(e).robot.link = drivers::RobotLink::kLost; }).failure->kind,
+  EXPECT_EQ(after([](Event& e) { links(e).robot = drivers::RobotLink::kLost; }).failure->kind,
             FailureKind::kRobotSilent);
-  EXPECT_EQ(after([](Event& e) { links(e).robot.link = drivers::RobotLink::kDown; }).failure->kind,
+  EXPECT_EQ(after([](Event& e) { links(e).robot = drivers::RobotLink::kDown; }).failure->kind,
             FailureKind::kRobotSilent);
   const State unplugged = after([](Event& e) {
-    links(e).contact.link = drivers::ContactLink::kDown;
-    links(e).contact.words = "unplugged";
+    links(e).contact = drivers::ContactLink::kDown;
+    links(e).contact_words = "unplugged";
   });
   EXPECT_EQ(unplugged.failure->kind, FailureKind::kContactSilent);
   EXPECT_EQ(unplugged.failure->by, drivers::Interruption::kOther);
   EXPECT_NE(words(unplugged.failure->detail).find(": unplugged."), std::string::npos)
       << words(unplugged.failure->detail);
-  EXPECT_EQ(after([](Event& e) { links(e).contact.link = drivers::ContactLink::kFault; }).failure->kind,
+  EXPECT_EQ(after([](Event& e) { links(e).contact = drivers::ContactLink::kFault; }).failure->kind,
             FailureKind::kContactFault);
   const State silent = after([](Event& e) {
-    links(e).contact.link = drivers::ContactLink::kFault;
-    links(e).contact.fault = drivers::ContactFault::kSilent;
+    links(e).contact = drivers::ContactLink::kFault;
+    links(e).fault = drivers::ContactFault::kSilent;
   });
   EXPECT_EQ(silent.failure->kind, FailureKind::kContactSilent);
   EXPECT_EQ(silent.failure->by, drivers::Interruption::kPacketsStopped);
   EXPECT_FALSE(
-      after([](Event& e) { links(e).contact.link = drivers::ContactLink::kIdentifying; }).failure);
+      after([](Event& e) { links(e).contact = drivers::ContactLink::kIdentifying; }).failure);
 }
 
 TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
   const auto touching = [](bool guards) {
     return [=](Event& event) {
-      links(event).contact.in_contact = true;
-      links(event).contact.link = drivers::ContactLink::kIdentifying;
-      links(event).contact.can_guard_retreat = guards;
-      links(event).contact.self_test_ok = false;
+      links(event).in_contact = true;
+      links(event).contact = drivers::ContactLink::kIdentifying;
+      links(event).can_guard_retreat = guards;
+      links(event).self_test_ok = false;
     };
   };
   Walk walk;
@@ -301,7 +301,7 @@ TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
   EXPECT_EQ(walk.state.phase, Phase::kConnecting);
   walk.on(EventKind::kLinks, [&](Event& event) {
     touching(true)(event);
-    links(event).robot.link = drivers::RobotLink::kLost;
+    links(event).robot = drivers::RobotLink::kLost;
   });
   EXPECT_EQ(walk.state.phase, Phase::kConnecting);
   walk.on(EventKind::kLinks, touching(true));
@@ -376,8 +376,8 @@ TEST(AnArming, OfASearchThatTheOverrideSlowsIsLongerAndRefusedByTheOverride) {
     Walk walk;
     walk.to_routing();
     walk.on(EventKind::kLinks, [=](Event& event) {
-      links(event).robot.override_percent = percent;
-      links(event).robot.override_slows = slows;
+      links(event).override_percent = percent;
+      links(event).override_slows = slows;
     });
     walk.on(EventKind::kRouted);
     walk.on(EventKind::kArrived);
@@ -416,10 +416,10 @@ TEST(AnArming, ThatIsRefusedOnceIsAskedForAgainAfterASelfTest) {
     walk.on(EventKind::kArmRefused);
     walk.the<SelfTest>();
     EXPECT_EQ(walk.timeout_s(), 2.0);
-    walk.on(EventKind::kLinks, [](Event& event) { links(event).contact.self_test_ok = false; });
+    walk.on(EventKind::kLinks, [](Event& event) { links(event).self_test_ok = false; });
     EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
     walk.on(EventKind::kLinks,
-            [](Event& event) { links(event).contact.link = drivers::ContactLink::kIdentifying; });
+            [](Event& event) { links(event).contact = drivers::ContactLink::kIdentifying; });
     EXPECT_EQ(walk.find<ArmSensor>(), nullptr);
     walk.on(EventKind::kLinks);
     EXPECT_EQ(walk.the<ArmSensor>().arm_id, id + 1);
@@ -513,9 +513,9 @@ TEST(ASearch, ThatMeetsNothingAsksTheSensorFirst) {
   EXPECT_TRUE(std::holds_alternative<Disarm>(walk.actions[0])) << "armed it would not test itself";
   EXPECT_TRUE(std::holds_alternative<SelfTest>(walk.actions[1]));
   EXPECT_TRUE(walk.state.missed);
-  walk.on(EventKind::kLinks, [](Event& event) { links(event).contact.self_test_ok = false; });
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).self_test_ok = false; });
   EXPECT_EQ(walk.state.phase, Phase::kProving);
-  walk.on(EventKind::kLinks, [](Event& event) { links(event).contact.in_contact = true; });
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).in_contact = true; });
   EXPECT_EQ(walk.state.phase, Phase::kProving);
   walk.on(EventKind::kLinks);
   EXPECT_EQ(walk.state.failure->kind, FailureKind::kNoContact);
@@ -594,8 +594,8 @@ TEST(AContactClosedWhileAPathIsPlanned, IsNamedByTheSensor) {
   Walk walk;
   walk.to_routing();
   walk.on(EventKind::kLinks, [](Event& event) {
-    links(event).contact.in_contact = true;
-    links(event).contact.words = "in contact for 2 s";
+    links(event).in_contact = true;
+    links(event).contact_words = "in contact for 2 s";
   });
   walk.on(EventKind::kRouted);
   ASSERT_EQ(walk.state.phase, Phase::kFailed);
@@ -610,10 +610,10 @@ TEST(WhatIsKnown, IsKeptOfLinksAndAssessmentsAndChangesNoDeadline) {
   const auto deadline = walk.state.deadline;
   walk.on(EventKind::kAssessed, [](Event& event) { assessed(event).residual_m = 0.001; });
   EXPECT_EQ(walk.state.residual_m, 0.001);
-  walk.on(EventKind::kLinks, [](Event& event) { links(event).contact.words = "words"; });
-  EXPECT_EQ(walk.state.links.contact.words, "words");
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).contact_words = "words"; });
+  EXPECT_EQ(walk.state.links.contact_words, "words");
   walk.on(EventKind::kRun);
-  EXPECT_EQ(walk.state.links.contact.words, "words");
+  EXPECT_EQ(walk.state.links.contact_words, "words");
   EXPECT_EQ(walk.state.residual_m, 0.001);
   EXPECT_EQ(walk.state.deadline, deadline);
 }
