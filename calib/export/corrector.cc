@@ -229,6 +229,16 @@ Calibration with_tool(Calibration calibration, const std::string& id) {
   return calibration;
 }
 
+FlangeLoad load_of_tools(const Cell& cell) {
+  FlangeLoad all{cell.tool.mass_kg, cell.tool.mass_kg * cell.tool.com_m};
+  for (const Tool& tool : cell.other_tools) {
+    all.mass_kg += tool.mass_kg;
+    all.com_m += tool.mass_kg * tool.com_m;
+  }
+  if (all.mass_kg > 0.0) all.com_m /= all.mass_kg;
+  return all;
+}
+
 Calibration with_load(Calibration calibration, const FlangeLoad& load) {
   Tool held;  // what is on the flange beyond the tools
   held.id = "load";

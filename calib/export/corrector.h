@@ -74,6 +74,8 @@ struct FlangeLoad {
   double mass_kg = 0.0;
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< flange frame
 };
+/// All tools of the cell together.
+FlangeLoad load_of_tools(const Cell& cell);
 /// The calibration with this load on the flange, in place of its tools' masses. TCP and bending of
 /// the tools stay; the joints bear the load, and its bounds follow from those of their compliance.
 Calibration with_load(Calibration calibration, const FlangeLoad& load);

@@ -63,24 +63,13 @@ calib::FlangeLoad flange_load(const std::vector<std::string>& given) {
   return {values[0], Eigen::Vector3d(values[1], values[2], values[3]) / calib::kMmPerM};
 }
 
-/// All tools, and the centre of their mass.
-calib::FlangeLoad load_of_tools(const calib::Cell& cell) {
-  calib::FlangeLoad all{cell.tool.mass_kg, cell.tool.mass_kg * cell.tool.com_m};
-  for (const calib::Tool& tool : cell.other_tools) {
-    all.mass_kg += tool.mass_kg;
-    all.com_m += tool.mass_kg * tool.com_m;
-  }
-  if (all.mass_kg > 0.0) all.com_m /= all.mass_kg;
-  return all;
-}
-
 /// Heaviest that was on the flange in touches.
 double touched_mass_kg(const calib::Calibration& calibration) {
   double held_kg = 0.0;
   for (const calib::Load& load : calibration.cell.loads)
     if (std::ranges::find(calibration.touched_loads, load.id) != calibration.touched_loads.end())
       held_kg = std::max(held_kg, load.mass_kg);
-  return load_of_tools(calibration.cell).mass_kg + held_kg;
+  return calib::load_of_tools(calibration.cell).mass_kg + held_kg;
 }
 
 /// The calibration with one of the cell's tools by its id, or with another TCP on all their masses.
@@ -94,7 +83,8 @@ calib::Calibration with_named_tool(const calib::Calibration& calibration,
   if (six.size() == 6) std::copy_n(six.begin() + 3, 3, frame.abc_deg.begin());
   calib::Tool tool;
   tool.tcp = calib::to_isometry(frame);
-  return calib::with_load(calib::with_tool(calibration, tool), load_of_tools(calibration.cell));
+  return calib::with_load(calib::with_tool(calibration, tool),
+                          calib::load_of_tools(calibration.cell));
 } catch (const std::exception& wrong) {
   throw std::runtime_error(fmt::format("--tool {}: {}", given, wrong.what()));
 }

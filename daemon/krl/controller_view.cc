@@ -45,20 +45,9 @@ calib::FlangeLoad on_flange(const LoadData& load) {
   return {load.mass_kg, Eigen::Vector3d(com[0], com[1], com[2]) / calib::kMmPerM};
 }
 
-/// Of all tools of the cell file together.
-calib::FlangeLoad load_of_the_cell(const calib::Cell& cell) {
-  calib::FlangeLoad load{cell.tool.mass_kg, cell.tool.mass_kg * cell.tool.com_m};
-  for (const calib::Tool& tool : cell.other_tools) {
-    load.mass_kg += tool.mass_kg;
-    load.com_m += tool.mass_kg * tool.com_m;
-  }
-  if (load.mass_kg > 0.0) load.com_m /= load.mass_kg;
-  return load;
-}
-
 /// Largest shift of the TCP of the cell's tool by that load in place of its own. A centre at 0 0 0 is not stated.
 double shift_by_load_mm(const calib::Calibration& c, calib::FlangeLoad load) {
-  if (load.com_m.isZero()) load.com_m = load_of_the_cell(c.cell).com_m;
+  if (load.com_m.isZero()) load.com_m = calib::load_of_tools(c.cell).com_m;
   const calib::Calibration loaded = calib::with_load(c, load);
   const calib::ArmModel own(calib::at_level(c.cell, c.level)),
       other(calib::at_level(loaded.cell, c.level));
@@ -169,7 +158,7 @@ bool ControllerViews::counts_for_the_cells(int number, const Eigen::Isometry3d& 
   if (!(load.mass_kg > 0.0) || !is_the_cells_tool(calibration_, tool)) return false;
   const double shift_mm = shift_by_load_mm(calibration_, on_flange(load));
   if (shift_mm < kSameLoadMm) return false;
-  const calib::FlangeLoad own = load_of_the_cell(calibration_.cell);
+  const calib::FlangeLoad own = calib::load_of_tools(calibration_.cell);
   const Eigen::Vector3d com_mm = own.com_m * calib::kMmPerM;
   warnings_[number] = {"say.krl.warning.tool_load",
                        {{"n", number},

@@ -77,6 +77,16 @@ const Cell& demo_cell() {
   return cell;
 }
 
+Cell tracker_cell(double sigma_m) {
+  Cell cell = demo_cell();
+  cell.targets.assign(1, Target{});
+  cell.targets[0].id = "T1";
+  cell.targets[0].kind = TargetKind::kTracker;
+  cell.lengths.clear();
+  cell.touch_sigma_m = sigma_m;
+  return cell;
+}
+
 const Cell& one_sphere_cell() {
   static const Cell cell = [] {
     Cell one = demo_cell();

@@ -14,6 +14,8 @@ namespace cellcal::calib::testing {
 const Cell& demo_cell();
 /// The demo cell with its first sphere only.
 const Cell& one_sphere_cell();
+/// The demo cell with tracker "T1" in place of its spheres.
+Cell tracker_cell(double sigma_m = demo_cell().touch_sigma_m);
 
 struct Making {
   int fit = 60;

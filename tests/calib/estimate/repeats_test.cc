@@ -123,13 +123,8 @@ TEST(Repeats, FinerThanTheTouchesLeaveToEveryLevelWhatThePosturesShare) {
 }
 
 TEST(Repeats, OfAParkedArmMeasureTheNoiseOfItsTracker) {
-  Cell cell = demo_cell();
-  cell.lengths.clear();
-  Target tracker;
-  tracker.id = "T";
-  tracker.kind = TargetKind::kTracker;
-  cell.targets = {tracker};
-  const sim::constraints::Stage stage = sim::constraints::set_up(cell, {.seed = 3});
+  const sim::constraints::Stage stage =
+      sim::constraints::set_up(testing::tracker_cell(), {.seed = 3});
   Random random(3);
   std::vector<Touch> touches;
   for (const Touch& place : sim::constraints::touch(stage, {.fit = 20, .noise_m = 0.0, .seed = 3}))
@@ -137,7 +132,7 @@ TEST(Repeats, OfAParkedArmMeasureTheNoiseOfItsTracker) {
       touches.push_back(place);
       for (double& reading : touches.back().tracker_m) reading += 9e-5 * random.normal();
     }
-  const ArmModel arm(cell.robot, cell.tool);
+  const ArmModel arm(stage.cell.robot, stage.cell.tool);
   const auto places = starting_places(stage.cell, arm, touches);
   const Repeats repeats = find_repeats(Problem(stage.cell, arm, touches, places));
   EXPECT_EQ(repeats.touches, 80);

@@ -24,6 +24,7 @@ using testing::demo_cell;
 using testing::found;
 using testing::make_touches;
 using testing::plain_truth;
+using testing::tracker_cell;
 using testing::words_of;
 
 constexpr std::size_t kJumpedAt = 50;
@@ -194,16 +195,6 @@ std::vector<Touch> ten_of_each(const Cell& cell, const sim::Truth& truth, double
     }
   }
   return touches;
-}
-
-Cell tracker_cell(double sigma_m) {
-  Cell cell = demo_cell();
-  cell.targets.assign(1, Target{});
-  cell.targets[0].id = "T1";
-  cell.targets[0].kind = TargetKind::kTracker;
-  cell.lengths.clear();
-  cell.touch_sigma_m = sigma_m;
-  return cell;
 }
 
 TEST(Jump, IsNotMadeOfTheErrorThatTheTouchesOfOnePostureShare) {

@@ -23,6 +23,7 @@ using testing::make_touches;
 using testing::one_sphere_cell;
 using testing::plain_truth;
 using testing::the;
+using testing::tracker_cell;
 using testing::words_of;
 
 Calibration of(const Cell& cell, testing::Making making = {}) {
@@ -232,11 +233,7 @@ TEST(Verdict, SaysWhenNoTouchWasHeldOut) {
 }
 
 TEST(Scope, IsNearTheTouchesWhereAJointWasNeverTurned) {
-  Cell cell = demo_cell();
-  cell.targets.assign(1, Target{});
-  cell.targets[0].id = "T1";
-  cell.targets[0].kind = TargetKind::kTracker;
-  cell.lengths.clear();
+  const Cell cell = tracker_cell();
   const sim::Truth truth = plain_truth(demo_cell(), 3);
   const auto readings = [&](double a6_to) {
     Random random(1);

@@ -25,6 +25,7 @@ using testing::make_touches;
 using testing::one_sphere_cell;
 using testing::plain_truth;
 using testing::the;
+using testing::tracker_cell;
 using testing::words_of;
 
 std::vector<Touch> touches_of(const Cell& cell, int fit, unsigned seed) {
@@ -365,11 +366,7 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
 }
 
 TEST(Verdict, VisitsReadWithFewDigitsAreNoCopies) {
-  Cell cell = demo_cell();
-  cell.targets.assign(1, Target{});
-  cell.targets[0].id = "T1";
-  cell.targets[0].kind = TargetKind::kTracker;
-  cell.lengths.clear();
+  const Cell cell = tracker_cell();
   const sim::Truth truth = plain_truth(demo_cell(), 3);
   const auto postures = workspace_poses(ArmModel(cell), 60, 7);
   std::mt19937 random(1);
