@@ -108,16 +108,21 @@ TEST(UdpPort, GivesTheKernelsTimeOfArrivalHoweverLateItIsRead) {
   const std::unique_ptr<Port> port = open_port({board.device()});
   ASSERT_TRUE(port->write(Bytes{1, 0}));
   board.learn();
-  const TimePoint before = Steady::now();
-  board.send(Bytes{5, 0}, board.from());
-  const TimePoint sent = Steady::now();
-  std::this_thread::sleep_for(milliseconds{30});
-  std::array<std::uint8_t, 224> into{};
-  const PortReading reading = port->read(into);
-  ASSERT_EQ(reading.size, 2u);
-  // On loopback it arrives immediately; the two clocks are read one after the other.
-  EXPECT_GE(reading.arrived, before - milliseconds{5});
-  EXPECT_LE(reading.arrived, sent + milliseconds{25});
+  // The kernel begins to stamp some time after the first socket of the machine asks for it, and
+  // until then stamps at the reading; the two clocks are read one after the other.
+  bool stamped = false;
+  for (int attempt = 0; attempt < 20 && !stamped; ++attempt) {
+    const TimePoint before = Steady::now();
+    board.send(Bytes{5, 0}, board.from());
+    const TimePoint sent = Steady::now();
+    std::this_thread::sleep_for(milliseconds{30});
+    std::array<std::uint8_t, 224> into{};
+    const PortReading reading = port->read(into);
+    ASSERT_EQ(reading.size, 2u);
+    EXPECT_GE(reading.arrived, before - milliseconds{5});
+    stamped = reading.arrived <= sent + milliseconds{25};
+  }
+  EXPECT_TRUE(stamped);
 }
 
 TEST(UdpPort, LoopbackIsAnInterfaceWithoutAWire) {
