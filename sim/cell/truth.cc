@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "calib/model/inverse.h"
-#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "sim/cell/physical_cell.h"
 

@@ -64,7 +64,7 @@ std::optional<int> override_of(std::string_view command) {
 
 template <typename Machine, typename Server>
 std::string obey(Server& krc, std::string_view line, const Commands<Machine>& commands,
-                 std::string (*status)(const Machine&)) {
+                 std::string (*status)(Machine&)) {
   std::istringstream words{std::string(line)};
   std::string command;
   for (std::string word; words >> word;) command += (command.empty() ? "" : " ") + word;
@@ -94,7 +94,7 @@ const char* to_words(RsiPhase phase) {
   return kTable[phase];
 }
 
-std::string status(const Controller& c) {
+std::string status(Controller& c) {
   std::string text = fmt::format("{}, IPOC {}, {} late of {} packets", to_words(c.phase()),
                                  c.ipoc(), c.late(), c.packets());
   text += ", setpoint [deg]";
@@ -104,7 +104,7 @@ std::string status(const Controller& c) {
   return text;
 }
 
-std::string status_of_eki(const EkiController& c) {
+std::string status_of_eki(EkiController& c) {
   return fmt::format("{}, {}, {} moves", c.ready() ? "ready" : "not ready",
                      c.connected() ? "a client is connected" : "no client", c.moves());
 }

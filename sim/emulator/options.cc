@@ -5,12 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <tuple>
-#include <vector>
 
 #include "calib/files/input_file.h"
 #include "drivers/kuka/wire/xml_values.h"

@@ -9,17 +9,20 @@
 // corrections have no effect (undocumented for a real controller).
 
 #include <cstdint>
-#include <limits>
+#include <deque>
 #include <memory>
 #include <optional>
+#include <random>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "drivers/kuka/wire/wire_axes.h"
 #include "drivers/robot.h"
 #include "drivers/time.h"
 #include "sim/krc/cartesian_arm.h"
 #include "sim/krc/rsi_channel.h"
+#include "sim/krc/rsi_program.h"
 
 namespace cellcal::sim {
 
@@ -94,7 +97,6 @@ enum class RsiPhase { kBeforeRsiOn, kRunning, kEnded, kFaulted };
 class Controller {
  public:
   explicit Controller(ControllerConfig config);
-  ~Controller();
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;
 
@@ -110,20 +112,21 @@ class Controller {
   /// True position of the arm [rad] at t, from the last tick up to the next, following the current
   /// setpoint.
   std::vector<double> actual_rad_at(drivers::TimePoint t) const;
-  std::vector<double> setpoint_rad() const;       ///< start pose plus current correction
+  std::vector<double> setpoint_rad() const { return setpoint_; }  ///< start pose plus current correction
   /// Current one of the axes, clamped: A1 to A6, E1 on [deg], of a linear unit [mm].
-  std::vector<double> correction_deg() const;
-  const KukaFrame& cartesian_correction() const;  ///< current [mm, deg]
+  std::vector<double> correction_deg() const { return axis_deg_; }
+  const KukaFrame& cartesian_correction() const { return frame_; }  ///< current [mm, deg]
 
-  RsiPhase phase() const;
-  const std::string& message() const;  ///< pendant's text after a fault or an end; otherwise empty
-  std::uint64_t late() const;          ///< late or rejected replies in this session: Delay
+  RsiPhase phase() const { return phase_; }
+  /// Pendant's text after a fault or an end; otherwise empty.
+  const std::string& message() const { return message_; }
+  std::uint64_t late() const { return late_; }  ///< late or rejected replies in this session: Delay
   /// Late replies since power on, of sessions with any reply.
-  std::uint64_t late_ever() const;
-  std::uint64_t taken_ever() const;  ///< replies accepted since power on
-  std::uint64_t packets() const;     ///< sent, in this session
-  std::uint64_t ipoc() const;
-  drivers::Duration cycle() const;
+  std::uint64_t late_ever() const { return late_ever_; }
+  std::uint64_t taken_ever() const { return taken_ever_; }  ///< replies accepted since power on
+  std::uint64_t packets() const { return packets_; }        ///< sent, in this session
+  std::uint64_t ipoc() const { return ipoc_; }
+  drivers::Duration cycle() const { return std::chrono::milliseconds(config_.cycle_ms); }
 
   // ---- operator
   void emergency_stop(bool pressed);
@@ -132,22 +135,62 @@ class Controller {
   /// switch stops any program.
   void mode(OperatingMode mode);
   void set_override(int percent);  ///< $OV_PRO, 0..100: does not scale corrections
-  void start_key(bool held);  ///< effective in T1 and T2
+  void start_key(bool held);       ///< effective in T1 and T2
   /// Level of the contact input from t on; packets contain the level at their tick. Off at power
   /// on.
-  void input(drivers::TimePoint t, bool on);
-  void cancel_program();
+  void input(drivers::TimePoint t, bool on) { edges_.emplace_back(t, on); }
+  void cancel_program() { stop_running("Program cancelled"); }
 
   /// Faults. The arm keeps its position although the setpoint moves (drives off, brake closed).
-  void block_drives(bool blocked);
+  void block_drives(bool blocked) { blocked_ = blocked; }
   /// An axis follows no command, and moves by this per second, radians or metres; nullopt ends it.
-  void slide(std::size_t axis, std::optional<double> per_s);
+  void slide(std::size_t axis, std::optional<double> per_s) { sliding_ = axis, slide_per_s_ = per_s; }
   /// Sets the arm to a pose; only while RSI does not run.
   void place(const std::vector<double>& pose_rad);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void begin_at_actual();
+  void start_program();
+  std::vector<double> on_wire(const std::vector<double>& values) const;
+  bool manual() const { return mode_ == OperatingMode::kT1 || mode_ == OperatingMode::kT2; }
+  void stop_running(const char* why);
+  void end(RsiPhase why, std::string words);
+  void close_cycle();
+  void correct();
+  std::string monitors() const;
+  std::optional<std::vector<double>> corrected() const;
+  std::string objection(const std::vector<double>& next, const std::vector<double>& speed) const;
+  void apply();
+  void apply_stop();
+  std::string packet();
+  void read_input(drivers::TimePoint now);
+
+  ControllerConfig config_;
+  RsiChannelConfig channel_;
+  std::size_t axes_ = 0;
+  drivers::WireAxes wire_{0, false};
+  RsiProgram program_;
+  std::mt19937_64 random_;
+  std::string text_;
+  RsiPhase phase_ = RsiPhase::kBeforeRsiOn;
+  OperatingMode mode_ = OperatingMode::kAut;
+  int override_percent_ = 100;
+  std::string message_;
+  std::vector<double> base_, setpoint_, actual_, speed_rad_s_;
+  std::vector<double> inputs_;             // outputs of the ETHERNET object, one per received value
+  std::vector<double> axis_deg_;           // current corrections, in the wire's order
+  std::vector<double> low_deg_, high_deg_;  // their limits
+  KukaFrame frame_{};
+  drivers::TimePoint tick_at_{};
+  std::deque<std::pair<drivers::TimePoint, bool>> edges_;  // future edges of the contact input
+  bool input_on_ = false;
+  std::size_t sliding_ = 0;
+  std::optional<double> slide_per_s_;
+  bool ticked_ = false, blocked_ = false, halted_ = false;
+  bool awaiting_ = false, answered_ = false, stop_seen_ = false, stop_level_ = false;
+  bool first_frame_ = false, e_stop_ = false, drives_on_ = true, start_held_ = true;
+  std::uint64_t ipoc_ = 0, late_ = 0, late_ever_ = 0, late_in_a_row_ = 0, packets_ = 0;
+  std::uint64_t taken_ = 0, taken_ever_ = 0;
 };
 
 }  // namespace cellcal::sim

@@ -1,6 +1,8 @@
 #include "sim/krc/eki_channel.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <pugixml.hpp>
 #include <stdexcept>
@@ -77,6 +79,14 @@ std::optional<std::string> text_at(const pugi::xml_node& root, std::string_view 
 bool is_whole(double value) { return value == std::floor(value) && std::abs(value) < 2147483648.0; }
 
 }  // namespace
+
+std::string eki_real(double value) {
+  std::array<char, 64> buffer{};
+  const auto end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(),
+                    static_cast<double>(static_cast<float>(value)), std::chars_format::fixed, 6);
+  return {buffer.data(), end.ptr};
+}
 
 EkiChannelConfig EkiChannelConfig::parse(std::string_view xml) {
   pugi::xml_document document;

@@ -34,6 +34,9 @@ struct EkiChannelConfig {
   static EkiChannelConfig parse(std::string_view xml);
 };
 
+/// In EKI's format of a REAL: a 32-bit float with six decimals.
+std::string eki_real(double value);
+
 class EkiChannel {
  public:
   explicit EkiChannel(EkiChannelConfig config);

@@ -1,8 +1,6 @@
 #include "sim/krc/eki_stream.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <stdexcept>
 
@@ -45,15 +43,6 @@ std::optional<std::size_t> axis_of(const std::string& name) {
 std::optional<std::size_t> frame_index_of(const std::string& name) {
   const std::size_t at = name.size() == 1 ? kFrameNames.find(name[0]) : std::string_view::npos;
   return at == std::string_view::npos ? std::nullopt : std::optional(at);
-}
-
-std::string real(double value) {
-  // KRL's REAL is a 32-bit float; EKI writes six decimals.
-  std::array<char, 64> buffer{};
-  const auto end =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(),
-                    static_cast<double>(static_cast<float>(value)), std::chars_format::fixed, 6);
-  return {buffer.data(), end.ptr};
 }
 
 }  // namespace
@@ -244,11 +233,11 @@ struct EkiStream::Impl {
     const bool of_load =
         parent.find("eff") != std::string::npos || parent.find("torque") != std::string::npos;
     const auto axis = axis_of(place.name);
-    if (of_load) return real(0.0);
+    if (of_load) return eki_real(0.0);
     if (axis && of_speed)
-      return real(*axis < axes ? 100.0 * speed[*axis] / config.max_speed_rad_s[*axis] : 0.0);
-    if (axis) return real(*axis < axes ? actual[*axis] * kDegPerRad : 0.0);
-    if (const auto index = frame_index_of(place.name)) return real(tcp[*index]);
+      return eki_real(*axis < axes ? 100.0 * speed[*axis] / config.max_speed_rad_s[*axis] : 0.0);
+    if (axis) return eki_real(*axis < axes ? actual[*axis] * kDegPerRad : 0.0);
+    if (const auto index = frame_index_of(place.name)) return eki_real(tcp[*index]);
     if (place.name == "S") return std::to_string(status());
     if (place.name == "T") return std::to_string(turn());
     if (wire::same_name(place.name, "Size")) return std::to_string(waiting());

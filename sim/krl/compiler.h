@@ -2,7 +2,6 @@
 // The body of one routine: statements to code. Internal to Program.
 
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -1,8 +1,6 @@
 #include "sim/krl/interpreter.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
 
 namespace cellcal::sim::krl {
 

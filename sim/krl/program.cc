@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "calib/model/error.h"
 #include "calib/model/units.h"

@@ -226,7 +226,7 @@ TEST_F(EkiKrc, AMeasuringTouchBrakesOnItsOwnRampAndAStopTelegramAsShortAsItCan) 
     }
     const double cruise_rad = 4.0 * drivers::kRadPerDeg * 0.004;
     double way_rad = 0.0;
-    while (krc->moving()) {
+    while (!krc->at_rest()) {
       const double before = krc->setpoint_rad()[0];
       tick();
       const double step = krc->setpoint_rad()[0] - before;
@@ -255,9 +255,9 @@ TEST_F(EkiKrc, StopsWhenItHearsNothing) {
   make();
   go(170);
   run(200ms);
-  ASSERT_TRUE(krc->moving());
+  ASSERT_FALSE(krc->at_rest());
   run(1500ms, false);
-  EXPECT_FALSE(krc->moving());
+  EXPECT_TRUE(krc->at_rest());
   EXPECT_EQ(state.outcome, EkiOutcome::kDeadMan);
   EXPECT_LT(a1_deg(), 90.0);
 }
@@ -302,10 +302,10 @@ TEST_F(EkiKrc, ATelegramThatIsMissingInTheCountStopsTheArm) {
   make();
   go(170);
   run(200ms);
-  ASSERT_TRUE(krc->moving());
+  ASSERT_FALSE(krc->at_rest());
   ++seq;  // unreadable: it may have been a stop
   run(600ms);
-  EXPECT_FALSE(krc->moving());
+  EXPECT_TRUE(krc->at_rest());
   EXPECT_EQ(state.outcome, EkiOutcome::kDeadMan);
   EXPECT_EQ(state.bad, 1u);
   go(5);
@@ -322,7 +322,7 @@ TEST_F(EkiKrc, ATelegramWithoutItsNumberStopsTheArmAndShiftsNoOther) {
       "<RobotCommand Session=\"5\" Type=\"2\" Id=\"1\"><Axis A1=\"0\" A2=\"-90\" A3=\"90\" A4=\"0\" A5=\"90\" "
       "A6=\"0\"/><Move Guard=\"0\" Path=\"1\" Percent=\"50\" Duration=\"0\"/></RobotCommand>");
   run(600ms);
-  EXPECT_FALSE(krc->moving());
+  EXPECT_TRUE(krc->at_rest());
   EXPECT_EQ(state.bad, 1u);
   go(5);
   run_to_rest();
@@ -352,7 +352,7 @@ TEST_F(EkiKrc, AnEmergencyStopEndsTheProgramForGood) {
   run(300ms);
   krc->emergency_stop(true);
   run(500ms);
-  EXPECT_FALSE(krc->moving());
+  EXPECT_TRUE(krc->at_rest());
   EXPECT_EQ(state.outcome, EkiOutcome::kAborted);
   EXPECT_FALSE(state.ready);
   const double rest = a1_deg();
@@ -373,11 +373,11 @@ TEST_F(EkiKrc, AProgramThatStandsGoesOnWithItsMotionWhenItIsStarted) {
   krc->drives(false);
   run(500ms);
   const double rest = a1_deg();
-  ASSERT_FALSE(krc->moving());
+  ASSERT_TRUE(krc->at_rest());
   ASSERT_LT(rest, 80.0);
   krc->drives(true);
   krc->start_program();
-  EXPECT_TRUE(krc->moving()) << "that is why the submit program has to cancel it";
+  EXPECT_FALSE(krc->at_rest()) << "that is why the submit program has to cancel it";
 }
 
 TEST_F(EkiKrc, AMoveThatAnEmergencyStopInterruptedIsUnderWayUntilItIsCancelled) {
@@ -409,13 +409,13 @@ TEST_F(EkiKrc, StartedAgainBeforeItCouldBeCancelledTheArmStopsAtOnce) {
   krc->emergency_stop(true);
   run(20ms);  // the submit program has asked for STOP ...
   krc->halt_submit(true);
-  for (int i = 0; i < 1000 && krc->moving(); ++i) tick();
+  for (int i = 0; i < 1000 && !krc->at_rest(); ++i) tick();
   krc->emergency_stop(false);
   krc->start_program();
-  ASSERT_TRUE(krc->moving());
+  ASSERT_FALSE(krc->at_rest());
   krc->halt_submit(false);  // ... and comes too late for CANCEL
   run(500ms);
-  EXPECT_FALSE(krc->moving());
+  EXPECT_TRUE(krc->at_rest());
   EXPECT_EQ(state.outcome, EkiOutcome::kAborted);
   EXPECT_LT(a1_deg(), 60.0);
 }
@@ -426,7 +426,7 @@ TEST_F(EkiKrc, ASubmitInterpreterThatHaltsStopsTheArm) {
   run(200ms);
   krc->halt_submit(true);
   run(1s);
-  EXPECT_FALSE(krc->moving());
+  EXPECT_TRUE(krc->at_rest());
   EXPECT_LT(a1_deg(), 70.0);
 }
 
@@ -481,10 +481,10 @@ TEST_F(EkiKrc, StopsTheArmWhereItsChannelIsDeletedAndListensAgain) {
   make();
   go(170);
   run(200ms);
-  ASSERT_TRUE(krc->moving());
+  ASSERT_FALSE(krc->at_rest());
   krc->reconfigure_io();
   run(500ms);
-  EXPECT_FALSE(krc->moving());
+  EXPECT_TRUE(krc->at_rest());
   EXPECT_LT(a1_deg(), 90.0);
   EXPECT_EQ(krc->session(), 0u);
   EXPECT_TRUE(krc->connect());

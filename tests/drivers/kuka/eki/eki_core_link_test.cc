@@ -77,14 +77,14 @@ TEST(EkiLink, AReconnectInTheMiddleOfAMoveStopsItAndDoesNotGoOn) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 90));
   rig.run(500ms);
-  ASSERT_TRUE(rig.krc.moving());
+  ASSERT_FALSE(rig.krc.at_rest());
   rig.close_connection();
   const auto result = rig.core.next_result();
   ASSERT_TRUE(result.has_value());
   EXPECT_EQ(result->outcome, MoveOutcome::kRobotSilent);
   EXPECT_TRUE(is<cause::LinkClosed>(result->cause)) << words(*result);
   EXPECT_TRUE(rig.run_until([&] { return rig.connect(); }, 2s)) << "the port opens again";
-  EXPECT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 2s)) << "stopped by itself";
+  EXPECT_TRUE(rig.run_until([&] { return rig.krc.at_rest(); }, 2s)) << "stopped by itself";
   rig.run(2s);
   const double rest = rig.true_deg();
   EXPECT_GT(rest, 1.0);
@@ -101,11 +101,11 @@ TEST(EkiLink, ACableThatIsPulledStopsTheArmWithinTheDeadMansTime) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 150));
   rig.run(600ms);
-  ASSERT_TRUE(rig.krc.moving());
+  ASSERT_FALSE(rig.krc.at_rest());
   rig.cable = false;  // without notification
   EXPECT_EQ(rig.finish(1s).outcome, MoveOutcome::kRobotSilent);
   // 250 ms of dead man, and the ramp.
-  EXPECT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 600ms));
+  EXPECT_TRUE(rig.run_until([&] { return rig.krc.at_rest(); }, 600ms));
 }
 
 TEST(EkiLink, WhatAnEarlierClientLeftInTheBuffersMovesNothing) {
@@ -267,7 +267,7 @@ TEST(EkiLink, SaysGoodbyeAtRest) {
   rig.core.end_session();
   EXPECT_TRUE(rig.run_until([&] { return rig.core.ended(); }, 3s));
   rig.run(100ms);
-  EXPECT_FALSE(rig.krc.moving());
+  EXPECT_TRUE(rig.krc.at_rest());
   EXPECT_EQ(rig.krc.session(), 0u);
   const auto result = rig.core.next_result();
   ASSERT_TRUE(result.has_value());

@@ -111,7 +111,7 @@ TEST(EkiWayPoints, AStopOnALaterLegIsTheEndOfAllOfThem) {
     EXPECT_LE(moves, 3u);
     rig.run(1s);
     EXPECT_EQ(rig.krc.moves(), moves);
-    EXPECT_FALSE(rig.krc.moving());
+    EXPECT_TRUE(rig.krc.at_rest());
     EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, -5)).outcome, MoveOutcome::kArrived);
   }
 }
@@ -155,7 +155,7 @@ TEST(EkiWayPoints, TheInputStopsARetreatFromItsSecondLegOn) {
     const Move move = by_way_points(rig, MoveKind::kRetreat);
     rig.core.begin(move);
     rig.run(200ms);
-    ASSERT_TRUE(rig.krc.moving()) << "it begins in contact";
+    ASSERT_FALSE(rig.krc.at_rest()) << "it begins in contact";
     rig.krc.input(rig.now, false);
     rig.guard.touch(false);
     ASSERT_TRUE(rig.run_until([&] { return rig.krc.moves() == static_cast<unsigned>(leg); }));
@@ -206,7 +206,7 @@ TEST(EkiMove, StopsWhenAsked) {
   rig.core.stop();
   const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kStopped);
-  EXPECT_FALSE(rig.krc.moving());
+  EXPECT_TRUE(rig.krc.at_rest());
   EXPECT_NEAR(result.at_rad[0] / kEkiDeg, rig.true_deg(), 1e-3);
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, -5)).outcome, MoveOutcome::kArrived);
 }

@@ -156,7 +156,7 @@ TEST(EkiSearch, ALostSensorStopsTheArm) {
     rig.begin(MoveKind::kSearch, rig.moved_by(0, 3), 6.0, rig.arm_id);
     rig.run(1s);
     const double at = rig.true_deg();
-    ASSERT_TRUE(rig.krc.moving());
+    ASSERT_FALSE(rig.krc.at_rest());
     rig.guard.set_alive(false);
     const CoreResult result = rig.finish();
     EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
@@ -260,7 +260,7 @@ TEST(EkiSearch, ALinkThatBreaksIsNeverNoContact) {
   rig.cable = false;
   const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent);
-  EXPECT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 2s));
+  EXPECT_TRUE(rig.run_until([&] { return rig.krc.at_rest(); }, 2s));
   EXPECT_LT(rig.true_deg(), 1.6) << "the wall stopped it, or the dead man";
 }
 
@@ -270,8 +270,8 @@ TEST(EkiSearch, ATripThatIsHeardAfterTheArmHasArrivedIsStillHeard) {
     rig.make_ready();
     rig.guard.arm(++rig.arm_id);
     rig.begin(MoveKind::kSearch, rig.moved_by(0, 1), 2.0, rig.arm_id);
-    ASSERT_TRUE(rig.run_until([&] { return rig.krc.moving(); }, 1s));
-    ASSERT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 5s));
+    ASSERT_TRUE(rig.run_until([&] { return !rig.krc.at_rest(); }, 1s));
+    ASSERT_TRUE(rig.run_until([&] { return rig.krc.at_rest(); }, 5s));
     rig.run(40ms);  // its state has arrived, and the adapter waits for rest
     rig.guard.trip(rig.arm_id, rig.now - 60ms);
     rig.run(8ms);
@@ -288,8 +288,8 @@ TEST(EkiSearch, ASensorThatFallsSilentAfterTheArmHasArrivedHasSeenNothing) {
     rig.make_ready();
     rig.guard.arm(++rig.arm_id);
     rig.begin(MoveKind::kSearch, rig.moved_by(0, 1), 2.0, rig.arm_id);
-    ASSERT_TRUE(rig.run_until([&] { return rig.krc.moving(); }, 1s));
-    ASSERT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 5s));
+    ASSERT_TRUE(rig.run_until([&] { return !rig.krc.at_rest(); }, 1s));
+    ASSERT_TRUE(rig.run_until([&] { return rig.krc.at_rest(); }, 5s));
     rig.run(40ms);
     if (dead) {
       rig.guard.set_alive(false);

@@ -125,7 +125,7 @@ TEST(EkiLinearUnit, StandsInASearchAndIsLatchedWithTheTouch) {
   target[kE1] = rig.actual()[kE1];
   rig.begin(MoveKind::kSearch, target, 4.0, rig.arm_id);
   rig.run(1s);
-  ASSERT_TRUE(rig.krc.moving());
+  ASSERT_FALSE(rig.krc.at_rest());
   const TimePoint touched = rig.now;
   rig.krc.input(touched, true);
   rig.guard.trip(rig.arm_id, touched);
@@ -349,7 +349,7 @@ TEST(EkiPositioner, StopsWithTheArm) {
   TableRig rig;
   rig.begin(MoveKind::kTransit, rig.turned_by(0, 90));
   rig.run(700ms);
-  ASSERT_TRUE(rig.krc.moving());
+  ASSERT_FALSE(rig.krc.at_rest());
   rig.core.stop();
   const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kStopped) << words(result);

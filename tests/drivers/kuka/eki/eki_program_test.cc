@@ -123,10 +123,10 @@ TEST(CellcalEki, BrakesAndReturnsToCellWhereTheConnectionIsLostInMidMove) {
   rig.make_ready();
   rig.core.begin({1, MoveKind::kTransit, rig.moved_by(0, 60.0), 0.0, 0});
   rig.run(300ms);
-  ASSERT_TRUE(rig.krc.moving());
+  ASSERT_FALSE(rig.krc.at_rest());
   rig.cable = false;
   rig.krc.disconnect();
-  EXPECT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 2s));
+  EXPECT_TRUE(rig.run_until([&] { return rig.krc.at_rest(); }, 2s));
   rig.run(300ms);  // the arm comes to rest after its setpoint
   const double at = rig.true_deg();
   EXPECT_LT(at, 59.0);
