@@ -138,13 +138,7 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   const bool relative = options.rsi.mode == drivers::CorrectionMode::kRelative;
   options.controller.mode = relative ? sim::RsiMode::kRelative : sim::RsiMode::kAbsolute;
   options.controller.hold_on = options.rsi.hold_on;
-  options.controller.sentype = options.rsi.sentype;
-  options.controller.axis_tag = options.rsi.axis_tag;
-  options.controller.external_axis_tag = options.rsi.external_axis_tag;
-  options.controller.stop_tag = options.rsi.stop_tag;
-  options.controller.mode_tag = options.rsi.mode_tag;
-  options.controller.override_tag = options.rsi.override_tag;
-  options.controller.contact_tag = options.rsi.contact_tag;
+  static_cast<drivers::RsiNames&>(options.controller) = options.rsi;
   options.controller.states = stated_arm(config, cell);
   if (options.rsi.space.on) set_space(options.controller, options.rsi.space, config, cell);
   return options;

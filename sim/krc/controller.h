@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/kuka/wire/rsi_codec.h"
 #include "drivers/kuka/wire/wire_axes.h"
 #include "drivers/robot.h"
 #include "drivers/time.h"
@@ -35,7 +36,8 @@ enum class RsiStop { kInfo = 0, kPathStop = 1, kSpeedStop = 2, kFastStop = 3, kE
 
 using drivers::OperatingMode;
 
-struct ControllerConfig {
+/// The names are those of `channel`'s elements where it is empty; an empty one: not connected.
+struct ControllerConfig : drivers::RsiNames {
   /// start_rad[0] is a linear unit's position [m]: E1, which carries the arm. As elsewhere metres and
   /// millimetres where a name has radians and degrees.
   bool linear_unit = false;
@@ -47,17 +49,11 @@ struct ControllerConfig {
 
   /// The installed ethernet file. Empty: derived from the names and switches below.
   std::optional<RsiChannelConfig> channel;
-  std::string sentype = "ImFree";
-  std::string axis_tag = "AK", external_axis_tag = "EK", cartesian_tag = "RKorr";
-  std::string stop_tag = "Stop";
+  std::string cartesian_tag = "RKorr";
   bool hold_on = true;                   ///< false: a late reply resets the correction to 0
   bool send_setpoint = true;             ///< DEF_ASPos connected
   bool send_cartesian_setpoint = false;  ///< DEF_RSol connected
   bool send_delay = true;                ///< DEF_Delay connected
-  /// STATUS and OV_PRO connected to SEND elements of these names, as RsiConfig; empty: not
-  /// connected.
-  std::string mode_tag = "Mode.R", override_tag = "OvPro.R";
-  std::string contact_tag;  ///< DIGIN of the contact input, likewise
 
   RsiMode mode = RsiMode::kAbsolute;
   RsiStop stop_mode = RsiStop::kExitMoveCorr;

@@ -74,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static RsiParser parser;
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   RobFrame rob;
-  if (parser.parse_rob(bytes, rob, {"Mode.R", "OvPro.R", "Contact.R"}) == WireError::kNone) {
+  if (parser.parse_rob(bytes, rob, {.contact_tag = "Contact.R"}) == WireError::kNone) {
     require(rob.has_ipoc && !rob.axes_deg.empty(), "accepted without IPOC or axes");
     require_finite(rob.axes_deg);
     require_finite(rob.setpoint_axes_deg);

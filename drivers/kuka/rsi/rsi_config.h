@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/kuka/wire/rsi_codec.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
@@ -46,19 +47,9 @@ struct SpaceCorrection {
   std::shared_ptr<const ArmGeometry> geometry;  ///< of the nominal arm with the controller's tool
 };
 
-struct RsiConfig {
+struct RsiConfig : RsiNames {
   std::string bind_address = "0.0.0.0";  ///< the PC's address in the controller's subnet
   std::uint16_t port = 49152;            ///< CONFIG/PORT; 0 selects a free one (tests)
-  std::string sentype = "ImFree";        ///< CONFIG/SENTYPE; a mismatch is discarded silently
-  std::string axis_tag = "AK";           ///< RECEIVE tag of the axis corrections
-  std::string external_axis_tag = "EK";  ///< likewise, from the seventh axis on
-  std::string stop_tag = "Stop";         ///< RECEIVE tag connected to the STOP object; empty: none
-  /// SEND tags, "Element.Attribute" or "Element"; empty: not read. Mode and override are unknown if
-  /// not sent.
-  std::string mode_tag = "Mode.R", override_tag = "OvPro.R";
-  /// Likewise for the digital input connected to the sensor's opto output: off is contact. Empty: no
-  /// such stop path.
-  std::string contact_tag;
   int decimals = 6;                      ///< of the corrections sent, 4..9
   int silence_cycles = 3;                ///< cycles without a packet until the link is lost
   int late_replies_limit = 3;            ///< within one move, as counted by the controller: stop

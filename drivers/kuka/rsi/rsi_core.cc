@@ -59,8 +59,7 @@ struct RsiCore::Impl {
   std::string_view on_datagram(std::string_view bytes, TimePoint t_rx) {
     note_time(t_rx);
     check_silence();
-    WireError error =
-        parser.parse_rob(bytes, frame, {config.mode_tag, config.override_tag, config.contact_tag});
+    WireError error = parser.parse_rob(bytes, frame, config);
     const AxisAngles actual = axes_of(frame.axes_deg, frame.external_deg, wire);
     if (error == WireError::kNone) {
       too_few_axes = actual.size() < axes();
@@ -474,10 +473,8 @@ struct RsiCore::Impl {
     return state.link == RobotLink::kNotReferenced || state.link == RobotLink::kReady;
   }
   std::string_view written(std::span<const double> values) {
-    const std::string_view space_tag = config.space.on ? config.space.tag : std::string_view();
-    return format_sen(
-        {config.sentype, config.axis_tag, config.external_axis_tag, config.stop_tag, space_tag},
-        values, config.decimals, stop_value(), frame.ipoc.text.view(), buffer);
+    return format_sen(config, values, config.decimals, stop_value(), frame.ipoc.text.view(), buffer,
+                      config.space.on ? config.space.tag : std::string_view());
   }
   /// The STOP object acts on a rising edge: the controller has to see it low first.
   std::optional<int> stop_value() const {

@@ -43,14 +43,14 @@ const char* to_string(WireError error) {
   return "unknown";
 }
 
-std::string_view format_sen(const SenNames& names, std::span<const double> correction, int decimals,
-                            std::optional<int> stop, std::string_view ipoc,
-                            std::span<char> buffer) {
+std::string_view format_sen(const RsiNames& names, std::span<const double> correction, int decimals,
+                            std::optional<int> stop, std::string_view ipoc, std::span<char> buffer,
+                            std::string_view space_tag) {
   const std::size_t axes = std::min(correction.size(), kAxesPerElement);
   Writer out(buffer);
-  out.put("<Sen Type=\"").put(names.type).put("\">");
-  if (!names.space_tag.empty()) {
-    out.frame(names.space_tag, correction.first(axes), decimals);
+  out.put("<Sen Type=\"").put(names.sentype).put("\">");
+  if (!space_tag.empty()) {
+    out.frame(space_tag, correction.first(axes), decimals);
   } else {
     out.element(names.axis_tag, 'A', correction.first(axes), decimals);
     if (correction.size() > axes) {
@@ -201,7 +201,7 @@ bool find_ipoc(std::string_view bytes, Ipoc& ipoc) {
 
 }  // namespace
 
-WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const RobNames& names) {
+WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const RsiNames& names) {
   frame = RobFrame{};
   if (bytes.empty()) return WireError::kEmpty;
   if (bytes.size() > kMaxRsiDatagram) return WireError::kOversized;

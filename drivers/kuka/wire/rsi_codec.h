@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "drivers/kuka/wire/xml_arena.h"
@@ -83,35 +84,33 @@ struct RobFrame {
 };
 
 /// Names chosen in the controller's configuration.
-struct SenNames {
-  std::string_view type = "ImFree";
-  std::string_view axis_tag = "AK";
-  std::string_view external_axis_tag = "EK";
-  std::string_view stop_tag = "Stop";  ///< empty: none
-  std::string_view space_tag = {};     ///< of X Y Z A B C; empty: axis corrections
-};
-
-/// Tags of the state sent by the controller's context on separate channels: "Element.Attribute", or
-/// "Element" for its text. Empty: not read.
-struct RobNames {
-  std::string_view mode_tag = "Mode.R";
-  std::string_view override_tag = "OvPro.R";
-  std::string_view contact_tag = {};
+struct RsiNames {
+  std::string sentype = "ImFree";        ///< CONFIG/SENTYPE; a mismatch is discarded silently
+  std::string axis_tag = "AK";           ///< RECEIVE tag of the axis corrections
+  std::string external_axis_tag = "EK";  ///< likewise, from the seventh axis on
+  std::string stop_tag = "Stop";         ///< RECEIVE tag connected to the STOP object; empty: none
+  /// SEND tags, "Element.Attribute", or "Element" for its text; empty: not read. Mode and override are
+  /// unknown if not sent.
+  std::string mode_tag = "Mode.R", override_tag = "OvPro.R";
+  /// Likewise for the digital input connected to the sensor's opto output: off is contact. Empty: no
+  /// such stop path.
+  std::string contact_tag;
 };
 
 /// Parses datagrams in its own memory. One per thread.
 class RsiParser {
  public:
   /// Element and attribute names in any case, elements in any order, unknown ones ignored.
-  WireError parse_rob(std::string_view bytes, RobFrame& frame, const RobNames& names = {});
+  WireError parse_rob(std::string_view bytes, RobFrame& frame, const RsiNames& names = {});
 
  private:
   XmlArena arena_{kMaxRsiDatagram};
 };
 
 /// Formats a reply into `buffer`. Empty if it does not fit. `correction`: six axes, then external
-/// ones [deg]; with a space_tag X Y Z [mm] and A B C [deg] instead.
-std::string_view format_sen(const SenNames& names, std::span<const double> correction, int decimals,
-                            std::optional<int> stop, std::string_view ipoc, std::span<char> buffer);
+/// ones [deg]; with a `space_tag` X Y Z [mm] and A B C [deg] instead.
+std::string_view format_sen(const RsiNames& names, std::span<const double> correction, int decimals,
+                            std::optional<int> stop, std::string_view ipoc, std::span<char> buffer,
+                            std::string_view space_tag = {});
 
 }  // namespace cellcal::drivers

@@ -92,10 +92,10 @@ TEST(RsiRob, ModeAndOverrideHaveTheNamesOfTheConfiguration) {
       "<Rob><AIPos A1='1'/><Krc Op='2' Ov='30'/><BA>1</BA><Mode R='3'/><IPOC>4</IPOC></Rob>";
   RsiParser parser;
   RobFrame frame;
-  ASSERT_EQ(parser.parse_rob(text, frame, {"Krc.Op", "Krc.Ov"}), WireError::kNone);
+  ASSERT_EQ(parser.parse_rob(text, frame, {.mode_tag = "Krc.Op", .override_tag = "Krc.Ov"}), WireError::kNone);
   EXPECT_EQ(frame.mode, OperatingMode::kT2);
   EXPECT_EQ(frame.override_percent, 30);
-  ASSERT_EQ(parser.parse_rob(text, frame, {"BA", ""}), WireError::kNone);
+  ASSERT_EQ(parser.parse_rob(text, frame, {.mode_tag = "BA", .override_tag = ""}), WireError::kNone);
   EXPECT_EQ(frame.mode, OperatingMode::kT1) << "an element's text";
   EXPECT_FALSE(frame.override_percent) << "not read";
 }
@@ -122,7 +122,7 @@ TEST(RsiRob, ContactInputIsReadWhereItIsOneBitAndNeverAnError) {
   for (const auto& [element, on] : cases) {
     const std::string text =
         std::string("<Rob><AIPos A1='1'/>") + element + "<IPOC>4</IPOC></Rob>";
-    ASSERT_EQ(parser.parse_rob(text, frame, {"", "", "Contact.R"}), WireError::kNone) << text;
+    ASSERT_EQ(parser.parse_rob(text, frame, {.contact_tag = "Contact.R"}), WireError::kNone) << text;
     EXPECT_EQ(frame.input_on, on) << text;
   }
   ASSERT_EQ(parser.parse_rob("<Rob><AIPos A1='1'/><Contact R='1'/><IPOC>4</IPOC></Rob>", frame),
