@@ -193,35 +193,19 @@ std::string plan_svg(const calib::Cell& cell, const calib::Plan& plan) {
 namespace cellcal::daemon::report {
 namespace {
 
-using svg::Anchor, svg::Point, svg::Svg;
+using Eigen::Vector2d, Eigen::Vector3d;
+using svg::Anchor, svg::Point;
 
-constexpr double kPanelWidth = 460.0;
-constexpr double kPanelHeight = 360.0;
-constexpr double kPictureLeft = 52.0;
-constexpr double kPictureTop = 24.0;
-constexpr double kPictureRight = 14.0;
-constexpr double kPictureBottom = 40.0;
+constexpr double kPictureHeight = 360.0;
 constexpr double kMarginMm = 150.0;
-constexpr double kLeastRadius = 3.5;  // px, so that a small sphere stays visible
 constexpr std::size_t kPictureLabelLength = 14;
 
-struct Ball {
-  std::string id;
-  Eigen::Vector3d centre_mm;
-  double radius_mm = 0.0;
-};
-
-// A positioner's axis at 0.
-struct TurningAxis {
-  std::string id;
-  Eigen::Vector3d from_mm, to_mm;
-};
-
-std::vector<TurningAxis> axes_of(const View& view) {
+/// At 0.
+std::vector<PlanScene::Axle> axles_of(const View& view) {
   constexpr double kHalfMm = 300.0;
-  std::vector<TurningAxis> axes;
+  std::vector<PlanScene::Axle> axes;
   for (const calib::PositionerLine& line : view.result.positioner) {
-    const Eigen::Vector3d middle = line.point_m * calib::kMmPerM;
+    const Vector3d middle = line.point_m * calib::kMmPerM;
     if (middle.allFinite() && middle.cwiseAbs().maxCoeff() < kUsableMm)
       axes.push_back(
           {line.axis, middle - kHalfMm * line.direction, middle + kHalfMm * line.direction});
@@ -235,11 +219,11 @@ bool is_tracker(const View& view, const calib::TargetResult& target) {
   return in_cell && in_cell->kind == calib::TargetKind::kTracker;
 }
 
-std::vector<Ball> balls_of(const View& view) {
-  std::vector<Ball> balls;
+std::vector<PlanScene::Ball> balls_of(const View& view) {
+  std::vector<PlanScene::Ball> balls;
   for (const calib::TargetResult& target : view.result.targets) {
     if (is_tracker(view, target)) continue;
-    const Eigen::Vector3d centre = place_in_base(view, target) * calib::kMmPerM;
+    const Vector3d centre = place_in_base(view, target) * calib::kMmPerM;
     const double radius = target.effective_radius_m * calib::kMmPerM;
     if (!is_usable_mm(centre.x()) || !is_usable_mm(centre.y()) || !is_usable_mm(centre.z())) {
       continue;
@@ -249,78 +233,45 @@ std::vector<Ball> balls_of(const View& view) {
   return balls;
 }
 
-struct Axis {
-  int index;
-  char name;
-};
-
-// One view; `across` and `upward` select two of x, y, z.
-class PanelDrawing {
+class CellPanel : public Panel {
  public:
-  PanelDrawing(const std::vector<Ball>& balls, const std::vector<TurningAxis>& axes, Axis across,
-               Axis upward, std::string_view heading)
-      : balls_(balls),
-        axes_(axes),
-        across_(across),
-        upward_(upward),
-        svg_(kPanelWidth, kPanelHeight, "chart cell", heading) {
-    fit_scales();
-    draw_plane_grid(svg_, x_, y_, across_.name, upward_.name);
-    svg_.text({0.0, kPictureTop - 10.0}, Anchor::kStart, "panel", heading);
-  }
-
-  void draw_lengths(const std::vector<calib::CertifiedLength>& lengths) {
+  CellPanel(const PlanScene& scene, const std::vector<calib::CertifiedLength>& lengths, int upward,
+            std::string_view heading)
+      : Panel(kPictureHeight, "chart cell", 0, upward, heading) {
+    fit(scene);
+    draw_heading();
     for (const calib::CertifiedLength& length : lengths) {
-      const Ball* from = find(length.from);
-      const Ball* to = find(length.to);
-      if (from && to) svg_.line(at(from->centre_mm), at(to->centre_mm), "certified");
+      const auto from = std::ranges::find(scene.balls, length.from, &PlanScene::Ball::id);
+      const auto to = std::ranges::find(scene.balls, length.to, &PlanScene::Ball::id);
+      if (from != scene.balls.end() && to != scene.balls.end())
+        svg_.line(at(from->centre), at(to->centre), "certified");
     }
-  }
-
-  std::string finish() && {
     draw_base();
-    for (const TurningAxis& axis : axes_) {
-      svg_.line(at(axis.from_mm), at(axis.to_mm), "axis");
-      labels_.keep_free(at(axis.to_mm), 1.0, 1.0);
-      svg_.text(labels_.beside(at(axis.to_mm), 0.0, axis.id.size()), Anchor::kStart, "label",
-                shorten(axis.id, kPictureLabelLength));
+    for (const PlanScene::Axle& axle : scene.axles) {
+      svg_.line(at(axle.a), at(axle.b), "axis");
+      labels_.keep_free(at(axle.b), 1.0, 1.0);
+      svg_.text(labels_.beside(at(axle.b), 0.0, axle.id.size()), Anchor::kStart, "label",
+                shorten(axle.id, kPictureLabelLength));
     }
-    for (const Ball& ball : balls_) {
-      const double radius = std::max(ball.radius_mm * px_per_mm_, kLeastRadius);
-      const Point centre = at(ball.centre_mm);
-      svg_.circle(centre, radius, "ball", ball.id);
-      labels_.keep_free({centre.x - radius, centre.y - radius}, 2.0 * radius, 2.0 * radius);
+    for (const PlanScene::Ball& ball : scene.balls) {
+      svg_.circle(at(ball.centre), radius(ball), "ball", ball.id);
+      keep_free(at(ball.centre), radius(ball));
     }
-    for (const Ball& ball : balls_) draw_label(ball);
-    return std::move(svg_).finish();
+    for (const PlanScene::Ball& ball : scene.balls)
+      draw_label(ball, radius(ball), ball.id, kPictureLabelLength);
   }
 
  private:
-  void fit_scales() {
-    Eigen::Vector2d least(-kMarginMm, -kMarginMm);
-    Eigen::Vector2d most(kMarginMm, kMarginMm);
-    for (const Ball& ball : balls_) {
-      const Eigen::Vector2d centre(ball.centre_mm[across_.index], ball.centre_mm[upward_.index]);
-      const double reach = ball.radius_mm + kMarginMm;
-      least = least.cwiseMin((centre.array() - reach).matrix());
-      most = most.cwiseMax((centre.array() + reach).matrix());
-    }
-    for (const TurningAxis& axis : axes_)
-      for (const Eigen::Vector3d& end : {axis.from_mm, axis.to_mm}) {
-        const Eigen::Vector2d at(end[across_.index], end[upward_.index]);
-        least = least.cwiseMin(at);
-        most = most.cwiseMax(at);
-      }
-    const double width = kPanelWidth - kPictureLeft - kPictureRight;
-    const double height = kPanelHeight - kPictureTop - kPictureBottom;
-    px_per_mm_ = std::min(width / (most.x() - least.x()), height / (most.y() - least.y()));
-    const Eigen::Vector2d middle = 0.5 * (least + most);
-    const double half_width = 0.5 * width / px_per_mm_;
-    const double half_height = 0.5 * height / px_per_mm_;
-    x_ = {middle.x() - half_width, middle.x() + half_width, kPictureLeft,
-          kPanelWidth - kPictureRight};
-    y_ = {middle.y() - half_height, middle.y() + half_height, kPanelHeight - kPictureBottom,
-          kPictureTop};
+  void fit(const PlanScene& scene) {
+    Vector2d least = Vector2d::Constant(-kMarginMm), most = Vector2d::Constant(kMarginMm);
+    const auto hold = [&](const Vector3d& mm, double around) {
+      least = least.cwiseMin((seen(mm).array() - around).matrix());
+      most = most.cwiseMax((seen(mm).array() + around).matrix());
+    };
+    for (const PlanScene::Ball& ball : scene.balls) hold(ball.centre, ball.radius + kMarginMm);
+    for (const PlanScene::Axle& axle : scene.axles)
+      for (const Vector3d& end : {axle.a, axle.b}) hold(end, 0.0);
+    draw_grid(0.5 * (least + most), (inner() / (most - least).array()).minCoeff());
   }
 
   void draw_base() {
@@ -330,63 +281,33 @@ class PanelDrawing {
     svg_.line(origin, {origin.x, origin.y - kArrow}, "axis");
     svg_.rectangle({origin.x - 5.0, origin.y - 5.0}, 10.0, 10.0, "base");
     svg_.text({origin.x + kArrow + 4.0, origin.y + 4.0}, Anchor::kStart, "label",
-              std::string(1, across_.name));
+              "x");
     svg_.text({origin.x, origin.y - kArrow - 4.0}, Anchor::kMiddle, "label",
-              std::string(1, upward_.name));
+              std::string(1, "xyz"[upward_]));
     svg_.text({origin.x, origin.y + 20.0}, Anchor::kMiddle, "label", say("say.report.view.base"));
     labels_.keep_free({origin.x - 18.0, origin.y - kArrow - 14.0}, kArrow + 32.0, kArrow + 36.0);
   }
-
-  void draw_label(const Ball& ball) {
-    const std::string words = shorten(ball.id, kPictureLabelLength);
-    const double radius = std::max(ball.radius_mm * px_per_mm_, kLeastRadius);
-    svg_.text(
-        labels_.beside(at(ball.centre_mm), radius, std::min(words.size(), kPictureLabelLength)),
-        Anchor::kStart, "label strong", words);
-  }
-
-  Point at(const Eigen::Vector3d& mm_in_base) const {
-    return {x_(mm_in_base[across_.index]), y_(mm_in_base[upward_.index])};
-  }
-
-  const Ball* find(const std::string& id) const {
-    const auto found = std::find_if(balls_.begin(), balls_.end(),
-                                    [&id](const Ball& ball) { return ball.id == id; });
-    return found == balls_.end() ? nullptr : &*found;
-  }
-
-  const std::vector<Ball>& balls_;
-  const std::vector<TurningAxis>& axes_;
-  Axis across_, upward_;
-  Svg svg_;
-  Scale x_, y_;
-  double px_per_mm_ = 1.0;
-  Labels labels_{kPictureLeft, kPictureTop, kPanelWidth};
 };
 
 }  // namespace
 
 std::string cell_picture(const View& view) {
-  const std::vector<Ball> balls = balls_of(view);
-  if (balls.empty()) return {};
-  constexpr Axis kX{0, 'x'};
-  constexpr Axis kY{1, 'y'};
-  constexpr Axis kZ{2, 'z'};
-  const std::vector<TurningAxis> axes = axes_of(view);
-  PanelDrawing above(balls, axes, kX, kY, say("say.report.view.above"));
-  PanelDrawing side(balls, axes, kX, kZ, say("say.report.view.side"));
-  above.draw_lengths(view.result.cell.lengths);
-  side.draw_lengths(view.result.cell.lengths);
-  std::string body = fmt::format("<div class=\"pair\">{}{}</div>\n", std::move(above).finish(),
-                                 std::move(side).finish());
+  PlanScene scene;
+  scene.balls = balls_of(view);
+  if (scene.balls.empty()) return {};
+  scene.axles = axles_of(view);
+  const auto& lengths = view.result.cell.lengths;
+  std::string body = fmt::format(
+      "<div class=\"pair\">{}{}</div>\n",
+      CellPanel(scene, lengths, 1, say("say.report.view.above")).finish(),
+      CellPanel(scene, lengths, 2, say("say.report.view.side")).finish());
   body += paragraph("note", say("say.report.cell.note") +
-                                (view.result.cell.lengths.empty() ? std::string()
-                                                                  : say("say.report.cell.dashed")) +
-                                (axes.empty() ? std::string() : say("say.report.cell.axes")));
+                                (lengths.empty() ? std::string() : say("say.report.cell.dashed")) +
+                                (scene.axles.empty() ? std::string() : say("say.report.cell.axes")));
   const auto trackers = static_cast<std::size_t>(
       std::count_if(view.result.targets.begin(), view.result.targets.end(),
                     [&](const calib::TargetResult& target) { return is_tracker(view, target); }));
-  const std::size_t left_out = view.result.targets.size() - trackers - balls.size();
+  const std::size_t left_out = view.result.targets.size() - trackers - scene.balls.size();
   if (left_out > 0) {
     body += paragraph("warn", counted(left_out, "say.report.cell.left_out."));
   }

@@ -21,15 +21,8 @@ constexpr double kWidth = 460.0, kHeight = 430.0;
 constexpr double kLeft = 52.0, kTop = 24.0, kRight = 14.0, kBottom = 40.0;
 constexpr double kPlanMarginMm = 120.0;
 constexpr double kApproachMm = 75.0;      // invisible if drawn to scale
-constexpr double kPlanLeastRadius = 3.5;  // px, so that a small sphere stays visible
 constexpr double kEndRadius = 1.7;        // px, at the start of an approach
 constexpr std::size_t kPlanLabelLength = 18;
-
-struct Projection {
-  int across, upward;
-  std::string heading;
-  char across_name, upward_name;
-};
 
 /// Polygon clipped to the frame (Sutherland and Hodgman).
 std::vector<Point> clipped(std::vector<Point> polygon) {
@@ -118,22 +111,12 @@ struct Frame {
   }
 };
 
-class PlanPanel {
+class PlanPanel : public Panel {
  public:
-  PlanPanel(const PlanScene& scene, const Frame& frame, const Projection& view,
-            const std::vector<Vector2d>& reach)
-      : scene_(scene),
-        view_(view),
-        px_per_mm_(frame.px_per_mm),
-        svg_(kWidth, kHeight, "chart plan", view.heading) {
-    const Vector3d middle = 0.5 * (frame.least + frame.most);
-    const double half_width = 0.5 * (kWidth - kLeft - kRight) / px_per_mm_;
-    const double half_height = 0.5 * (kHeight - kTop - kBottom) / px_per_mm_;
-    x_ = {middle[view.across] - half_width, middle[view.across] + half_width, kLeft,
-          kWidth - kRight};
-    y_ = {middle[view.upward] - half_height, middle[view.upward] + half_height, kHeight - kBottom,
-          kTop};
-    draw_plane_grid(svg_, x_, y_, view_.across_name, view_.upward_name);
+  PlanPanel(const PlanScene& scene, const Frame& frame, int upward, const std::vector<Vector2d>& reach,
+            std::string_view heading)
+      : Panel(kHeight, "chart plan", 0, upward, heading), scene_(scene) {
+    draw_grid(seen(0.5 * (frame.least + frame.most)), frame.px_per_mm);
     floor();
     for (std::size_t i = 0; i < reach.size(); ++i)
       shows_reach_ = line(at(reach[i]), at(reach[(i + 1) % reach.size()]), "reach") || shows_reach_;
@@ -142,18 +125,13 @@ class PlanPanel {
     axles();
     balls();
     labels();
-    svg_.text({0.0, kTop - 10.0}, Anchor::kStart, "panel", view.heading);
+    draw_heading();
   }
 
   /// True if part of the reach lies inside the frame.
   bool shows_reach() const { return shows_reach_; }
-  std::string finish() && { return std::move(svg_).finish(); }
 
  private:
-  Point at(const Vector2d& mm) const { return {x_(mm.x()), y_(mm.y())}; }
-  Point at(const Vector3d& mm) const { return at(seen(mm)); }
-  Vector2d seen(const Vector3d& mm) const { return {mm[view_.across], mm[view_.upward]}; }
-
   bool line(Point from, Point to, const char* css_class) {
     if (!clip(from, to)) return false;
     svg_.line(from, to, css_class);
@@ -167,7 +145,7 @@ class PlanPanel {
   }
 
   void floor() {
-    if (!scene_.floor_z || view_.upward != 2 || !y_.holds(*scene_.floor_z)) return;
+    if (!scene_.floor_z || upward_ != 2 || !y_.holds(*scene_.floor_z)) return;
     const double y = y_(*scene_.floor_z);
     svg_.rectangle({kLeft, y}, kWidth - kLeft - kRight, kHeight - kBottom - y, "solid");
     svg_.line({kLeft, y}, {kWidth - kRight, y}, "axis");
@@ -211,11 +189,8 @@ class PlanPanel {
     }
     const Point origin = at(Vector2d::Zero().eval());
     svg_.rectangle({origin.x - 5.0, origin.y - 5.0}, 10.0, 10.0, "base");
-    labels_.keep_free({origin.x - 8.0, origin.y - 8.0}, 16.0, 16.0);
-    if (!scene_.arm.empty()) {
-      const Point tip = at(scene_.arm.back().b);
-      labels_.keep_free({tip.x - 4.0, tip.y - 4.0}, 8.0, 8.0);
-    }
+    keep_free(origin, 8.0);
+    if (!scene_.arm.empty()) keep_free(at(scene_.arm.back().b), 4.0);
   }
 
   void axles() {
@@ -237,51 +212,89 @@ class PlanPanel {
     }
   }
 
-  double radius(const PlanScene::Ball& ball) const {
-    return std::max(ball.radius * px_per_mm_, kPlanLeastRadius);
-  }
   static std::string words(const PlanScene::Ball& ball) {
     return ball.check > 0 ? fmt::format("{}: {} + {}", ball.id, ball.fit, ball.check)
                           : fmt::format("{}: {}", ball.id, ball.fit);
   }
 
   void labels() {
-    for (const PlanScene::Ball& ball : scene_.balls) {
-      const double around = radius(ball) + kApproachMm * px_per_mm_;
-      const Point centre = at(ball.centre);
-      labels_.keep_free({centre.x - around, centre.y - around}, 2.0 * around, 2.0 * around);
-    }
-    for (const PlanScene::Ball& ball : scene_.balls) {
-      const std::string text = shorten(words(ball), kPlanLabelLength);
-      const Point place = labels_.beside(at(ball.centre), radius(ball) + kApproachMm * px_per_mm_,
-                                         std::min(text.size(), kPlanLabelLength));
-      svg_.text(place, Anchor::kStart, "label strong", text);
-    }
+    const auto around = [this](const PlanScene::Ball& ball) {
+      return radius(ball) + kApproachMm * px_per_mm_;
+    };
+    for (const PlanScene::Ball& ball : scene_.balls) keep_free(at(ball.centre), around(ball));
+    for (const PlanScene::Ball& ball : scene_.balls)
+      draw_label(ball, around(ball), words(ball), kPlanLabelLength);
     for (const auto& [place, name] : names_) svg_.text(place, Anchor::kMiddle, "label", name);
   }
 
   const PlanScene& scene_;
-  Projection view_;
-  double px_per_mm_;
   bool shows_reach_ = false;
-  Svg svg_;
-  Scale x_, y_;
-  Labels labels_{kLeft, kTop, kWidth};
   std::vector<std::pair<Point, std::string>> names_;
 };
 
 }  // namespace
 
+Panel::Panel(double height, const char* css_class, int across, int upward, std::string_view heading)
+    : across_(across),
+      upward_(upward),
+      height_(height),
+      heading_(heading),
+      svg_(kWidth, height, css_class, heading),
+      labels_(kLeft, kTop, kWidth) {}
+
+Eigen::Array2d Panel::inner() const {
+  return {kWidth - kLeft - kRight, height_ - kTop - kBottom};
+}
+
+void Panel::draw_grid(const Vector2d& middle, double px_per_mm) {
+  px_per_mm_ = px_per_mm;
+  const Vector2d half = 0.5 * inner() / px_per_mm;
+  x_ = {middle.x() - half.x(), middle.x() + half.x(), kLeft, kWidth - kRight};
+  y_ = {middle.y() - half.y(), middle.y() + half.y(), height_ - kBottom, kTop};
+  const std::vector<double> columns = round_ticks(x_.from, x_.to, 6), rows = round_ticks(y_.from, y_.to, 6);
+  const std::vector<std::string> column_labels = tick_labels(columns), row_labels = tick_labels(rows);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const double x = x_(columns[i]);
+    svg_.line({x, y_.at_to}, {x, y_.at_from}, "grid");
+    svg_.text({x, y_.at_from + 16.0}, Anchor::kMiddle, "tick", column_labels[i]);
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double y = y_(rows[i]);
+    svg_.line({x_.at_from, y}, {x_.at_to, y}, "grid");
+    svg_.text({x_.at_from - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
+  }
+  svg_.text({x_.at_to, y_.at_from + 33.0}, Anchor::kEnd, "tick",
+            say({"say.report.view.axes",
+                 {{"across", std::string(1, "xyz"[across_])}, {"up", std::string(1, "xyz"[upward_])}}}));
+}
+
+void Panel::draw_heading() { svg_.text({0.0, kTop - 10.0}, Anchor::kStart, "panel", heading_); }
+
+void Panel::draw_label(const PlanScene::Ball& ball, double radius, std::string_view words,
+                       std::size_t longest) {
+  const std::string text = shorten(words, longest);
+  svg_.text(labels_.beside(at(ball.centre), radius, std::min(text.size(), longest)), Anchor::kStart,
+            "label strong", text);
+}
+
+double Panel::radius(const PlanScene::Ball& ball) const {
+  constexpr double kLeastRadius = 3.5;
+  return std::max(ball.radius * px_per_mm_, kLeastRadius);
+}
+
+void Panel::keep_free(Point centre, double around) {
+  labels_.keep_free({centre.x - around, centre.y - around}, 2.0 * around, 2.0 * around);
+}
+
 PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
   const PlanScene scene = scene_of(cell, plan);
-  const Projection above{
-      0, 1, say(scene.z_is_up ? "say.report.view.above" : "say.report.view.along_z"), 'x', 'y'};
-  const Projection side{
-      0, 2, say(scene.z_is_up ? "say.report.view.side" : "say.report.view.along_y"), 'x', 'z'};
   PlanViews views;
   const auto from_above = reach_of(cell, 0, 1), from_side = reach_of(cell, 0, 2);
   const Frame frame(scene, from_above, from_side);
-  PlanPanel one(scene, frame, above, from_above), other(scene, frame, side, from_side);
+  PlanPanel one(scene, frame, 1, from_above,
+                say(scene.z_is_up ? "say.report.view.above" : "say.report.view.along_z"));
+  PlanPanel other(scene, frame, 2, from_side,
+                  say(scene.z_is_up ? "say.report.view.side" : "say.report.view.along_y"));
   const bool shows_reach = one.shows_reach() || other.shows_reach();
   views.above = std::move(one).finish();
   views.side = std::move(other).finish();
@@ -403,24 +416,6 @@ void draw_value_axis(svg::Svg& svg, const Scale& across, const Scale& up, int wa
     svg.line({across.at_from, y}, {across.at_to, y}, ticks[i] == 0.0 ? "zero" : "grid");
     svg.text({across.at_from - gap, y + 4.0}, svg::Anchor::kEnd, "tick", labels[i]);
   }
-}
-
-void draw_plane_grid(svg::Svg& svg, const Scale& across, const Scale& up, char across_name, char upward_name) {
-  const std::vector<double> columns = round_ticks(across.from, across.to, 6), rows = round_ticks(up.from, up.to, 6);
-  const std::vector<std::string> column_labels = tick_labels(columns), row_labels = tick_labels(rows);
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const double x = across(columns[i]);
-    svg.line({x, up.at_to}, {x, up.at_from}, "grid");
-    svg.text({x, up.at_from + 16.0}, svg::Anchor::kMiddle, "tick", column_labels[i]);
-  }
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double y = up(rows[i]);
-    svg.line({across.at_from, y}, {across.at_to, y}, "grid");
-    svg.text({across.at_from - 7.0, y + 4.0}, svg::Anchor::kEnd, "tick", row_labels[i]);
-  }
-  svg.text({across.at_to, up.at_from + 33.0}, svg::Anchor::kEnd, "tick",
-           say({"say.report.view.axes",
-                {{"across", std::string(1, across_name)}, {"up", std::string(1, upward_name)}}}));
 }
 
 double round_up(double value, double fallback) {

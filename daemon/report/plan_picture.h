@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "calib/export/svg.h"
@@ -82,9 +83,6 @@ std::vector<std::string> tick_labels(const std::vector<double>& ticks);
 
 /// Grid lines and labels of an upward axis, the labels `gap` pixels to its left.
 void draw_value_axis(svg::Svg& svg, const Scale& across, const Scale& up, int wanted, double gap);
-/// Grid lines and labels of a view to scale, and the names of its axes.
-void draw_plane_grid(svg::Svg& svg, const Scale& across, const Scale& up, char across_name, char upward_name);
-
 /// The smallest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is not below `value`; `fallback` where
 /// the value is not finite or not positive.
 double round_up(double value, double fallback);
@@ -160,6 +158,36 @@ struct PlanScene {
   std::vector<Approach> approaches;
   std::optional<double> floor_z;  ///< horizontal floor, where z points up
   bool z_is_up = true;
+};
+
+/// A view to scale: two axes of the base frame, with grid, heading, balls and labels.
+class Panel {
+ public:
+  std::string finish() && { return std::move(svg_).finish(); }
+
+ protected:
+  /// `across`, `upward`: axes of the view, from x, y, z.
+  Panel(double height, const char* css_class, int across, int upward, std::string_view heading);
+
+  /// Pixels inside the frame.
+  Eigen::Array2d inner() const;
+  /// Sets the scale, with `middle` [mm] in the middle of the frame.
+  void draw_grid(const Eigen::Vector2d& middle, double px_per_mm);
+  void draw_heading();
+  void draw_label(const PlanScene::Ball& ball, double radius, std::string_view words, std::size_t longest);
+  double radius(const PlanScene::Ball& ball) const;  ///< px, so that a small one stays visible
+  void keep_free(svg::Point centre, double around);
+  Eigen::Vector2d seen(const Eigen::Vector3d& mm) const { return {mm[across_], mm[upward_]}; }
+  svg::Point at(const Eigen::Vector2d& mm) const { return {x_(mm.x()), y_(mm.y())}; }
+  svg::Point at(const Eigen::Vector3d& mm) const { return at(seen(mm)); }
+
+  const int across_, upward_;
+  const double height_;
+  const std::string heading_;
+  double px_per_mm_ = 1.0;
+  svg::Svg svg_;
+  Scale x_, y_;
+  Labels labels_;
 };
 
 /// Throws std::exception where the robot has no drawable arm or the plan belongs to another robot.
