@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <utility>
 
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
@@ -18,18 +17,13 @@
 #include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
-#include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
 #include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon {
 
-namespace {
-
 /// Placeholder while there is no sphere: a cell needs at least one. It causes no finding.
 const SphereForm kAnySphere{.id = "sphere", .diameter_mm = 50.0};
-
-}  // namespace
 
 NamedRobotFile find_robot(const std::string& given, const std::filesystem::path& cell_file) {
   NamedRobotFile found;
@@ -244,14 +238,10 @@ bool is_of(const ObstacleForm& obstacle) {
   return obstacle.shape == kShape;
 }
 
-Value<std::optional<Triple>> stated_triple() {
-  return {[](const std::optional<Triple>& of) { return Json(of.value_or(Triple{})); },
-          [](const JsonReader& reader) { return std::optional(triple().from(reader)); }};
-}
-
-Value<std::optional<double>> stated_number() {
-  return {[](const std::optional<double>& of) { return Json(of.value_or(0.0)); },
-          [](const JsonReader& reader) { return std::optional(reader.number()); }};
+template <class V>
+Value<std::optional<V>> stated(Value<V> one) {
+  return {[one](const std::optional<V>& of) { return one.to(of.value_or(V{})); },
+          [one](const JsonReader& reader) { return std::optional(one.from(reader)); }};
 }
 
 const Table<ObstacleForm>& obstacle_fields() {
@@ -260,11 +250,11 @@ const Table<ObstacleForm>& obstacle_fields() {
   static const Table<T> kTable{
       field("id", &T::id, word()),
       field("shape", &T::shape, fields::named<Shape>()),
-      fields::only_of<T>(is_of<Shape::kBox>, field("size_mm", &T::size_mm, stated_triple())),
+      fields::only_of<T>(is_of<Shape::kBox>, field("size_mm", &T::size_mm, stated(triple()))),
       fields::only_of<T>(is_of<Shape::kCylinder>,
-                         field("diameter_mm", &T::diameter_mm, stated_number())),
+                         field("diameter_mm", &T::diameter_mm, stated(fields::number()))),
       fields::only_of<T>(is_of<Shape::kCylinder>,
-                         field("height_mm", &T::height_mm, stated_number())),
+                         field("height_mm", &T::height_mm, stated(fields::number()))),
       fields::only_of<T>(is_of<Shape::kMesh>, field("file", &T::file, word(kLongestPath))),
       field("xyz_mm", &T::xyz_mm, triple()),
       fields::optional(field("abc_deg", &T::abc_deg, triple()))};
@@ -308,10 +298,18 @@ NamedRobotFile robot_of(const std::string& reference, const std::filesystem::pat
   return robot;
 }
 
-void refuse_unknown(const JsonReader& reader, std::initializer_list<const char*> known) {
+void refuse_unknown(const JsonReader& reader, const std::vector<const char*>& known) {
   for (const auto& [key, value] : reader.object().items())
     if (std::ranges::none_of(known, [&](const char* one) { return key == one; }))
       reader.fail("\"" + calib::shown(key) + "\" is not known here");
+}
+
+/// All keys of the table, and those that are read otherwise.
+template <class T>
+void refuse_unknown(const JsonReader& reader, const Table<T>& table,
+                    std::vector<const char*> known = {}) {
+  for (const auto& row : table) known.push_back(row.key);
+  refuse_unknown(reader, known);
 }
 
 std::vector<double> joints_of(const JsonReader& reader) {
@@ -354,8 +352,7 @@ std::vector<ObstacleForm> obstacles_in(const JsonReader& reader,
   const auto rows = reader.items();
   const std::filesystem::path folder = std::filesystem::absolute(cell_file).parent_path();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    refuse_unknown(rows[i], {"id", "shape", "size_mm", "diameter_mm", "height_mm", "file", "xyz_mm",
-                             "abc_deg"});
+    refuse_unknown(rows[i], obstacle_fields());
     const std::string& file = all[i].file;
     const auto is_that = [&](const ObstacleForm& one) { return one.file == file; };
     const bool was_there = before != nullptr && std::ranges::any_of(before->obstacles, is_that);
@@ -375,16 +372,13 @@ CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path&
   refuse_unknown(reader, {"robot", "tool", "spheres", "lengths", "obstacles", "floor_mm"});
   CellForm form;
   form.robot = robot_named(reader.at("robot"), cell_file, before);
-  refuse_unknown(reader.at("tool"),
-                 {"xyz_mm", "abc_deg", "xyz_sigma_mm", "mass_kg", "com_mm", "tip_radius_mm"});
+  refuse_unknown(reader.at("tool"), tool_fields());
   fields::from_json(tool_fields(), reader.at("tool"), form.tool);
   const JsonReader spheres = reader.at("spheres");
   form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from(spheres);
   const auto rows = spheres.items();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    refuse_unknown(rows[i],
-                   {"id", "diameter_mm", "diameter_sigma_mm", "centre_mm", "centre_sigma_mm",
-                    "box_mm", "serial", "certificate", "certificate_date", "joints_deg"});
+    refuse_unknown(rows[i], sphere_fields(), {"joints_deg"});
     if (!rows[i].has("joints_deg")) continue;
     if (form.spheres[i].centre_mm) rows[i].fail("has both centre_mm and joints_deg: give one");
     const JsonReader taught = rows[i].at("joints_deg");
@@ -398,7 +392,7 @@ CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path&
   if (reader.has("lengths")) {
     form.lengths = few(fields::object(length_fields()), kMostLengths).from(reader.at("lengths"));
     for (const JsonReader& row : reader.at("lengths").items())
-      refuse_unknown(row, {"from", "to", "mm", "sigma_mm", "certificate", "certificate_date"});
+      refuse_unknown(row, length_fields());
   }
   if (reader.has("obstacles"))
     form.obstacles = obstacles_in(reader.at("obstacles"), cell_file, before);

@@ -2,7 +2,6 @@
 // Content of a new cell file, in millimetres and degrees as typed.
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
