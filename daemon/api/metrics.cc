@@ -38,19 +38,18 @@ void put_state(Exposition& out, const Status& status) {
   for (const Phase phase : kAllPhases)
     out.sample(phase == status.phase ? 1.0 : 0.0, {{"phase", to_string(phase)}});
   const bool running = kActivePhases.has(status.phase) || status.phase == Phase::kStopping;
-  out.gauge("cellcal_session_running", "1 while a session is under way.", running ? 1.0 : 0.0);
+  out.gauge("cellcal_session_running", "1 while a session is under way.", running);
   out.gauge("cellcal_session_number", "The newest session of this daemon, 0 for none.",
-            static_cast<double>(status.session));
+            status.session);
   out.gauge("cellcal_session_touches",
             "Touches recorded in that session; of a dry run, stand-offs reached.",
             static_cast<double>(status.done));
-  out.gauge("cellcal_session_touches_planned", "Touches that it will have.",
-            static_cast<double>(status.total));
+  out.gauge("cellcal_session_touches_planned", "Touches that it will have.", status.total);
   out.gauge("cellcal_session_interruptions", "Harmless interruptions after which it resumed.",
-            static_cast<double>(status.interruptions.total()));
+            status.interruptions.total());
   out.gauge("cellcal_session_busy_repeats",
             "Of these: touches repeated because this computer was late.",
-            static_cast<double>(status.interruptions.of_computer()));
+            status.interruptions.of_computer());
   out.family("cellcal_session_interruptions_by_cause", "gauge", "The same, by their cause.");
   for (std::size_t i = 0; i < kCountedCauses.size(); ++i)
     out.sample(status.interruptions.of[i], {{"cause", kCountedCauses[i].name}});
@@ -69,16 +68,14 @@ void put_robot(Exposition& out, const drivers::RobotState& robot) {
   out.gauge("cellcal_robot_jitter_seconds", "1 sigma of it.", q.jitter_s);
   out.gauge("cellcal_robot_longest_gap_seconds", "Longest time between two packets.",
             q.longest_gap_s);
-  out.counter("cellcal_robot_packets_total", "Packets taken.", static_cast<double>(robot.packets));
-  out.counter("cellcal_robot_missing_packets_total", "Missing by the controller's count.",
-              static_cast<double>(q.gaps));
-  out.counter("cellcal_robot_bad_packets_total", "Damaged packets.",
-              static_cast<double>(q.bad_packets));
+  out.counter("cellcal_robot_packets_total", "Packets taken.", robot.packets);
+  out.counter("cellcal_robot_missing_packets_total", "Missing by the controller's count.", q.gaps);
+  out.counter("cellcal_robot_bad_packets_total", "Damaged packets.", q.bad_packets);
   out.counter("cellcal_robot_late_replies_total", "Late replies as the controller counts them.",
-              static_cast<double>(robot.late));
+              robot.late);
   out.counter("cellcal_robot_stops_by_input_total",
               "Stops by the controller's contact input, before the sensor's bytes.",
-              static_cast<double>(robot.stops_by_input));
+              robot.stops_by_input);
   put_histogram(out, "cellcal_robot_reply_seconds", "From a packet to its reply.", q.reply_times);
   out.gauge("cellcal_robot_reply_worst_seconds", "The longest since the link was opened.",
             q.reply_max_s);
@@ -87,18 +84,14 @@ void put_robot(Exposition& out, const drivers::RobotState& robot) {
 void put_contact(Exposition& out, const drivers::ContactStatus& contact) {
   const drivers::ContactQuality& q = contact.quality;
   if (contact.in_contact)
-    out.gauge("cellcal_contact_closed", "1 while the tool touches.",
-              *contact.in_contact ? 1.0 : 0.0);
+    out.gauge("cellcal_contact_closed", "1 while the tool touches.", *contact.in_contact);
   if (contact.loop_ok)
-    out.gauge("cellcal_contact_loop_ok", "1 while the wires are whole.",
-              *contact.loop_ok ? 1.0 : 0.0);
-  out.counter("cellcal_contact_frames_total", "Frames taken.", static_cast<double>(q.frames));
-  out.counter("cellcal_contact_crc_errors_total", "Damaged frames.",
-              static_cast<double>(q.crc_errors));
+    out.gauge("cellcal_contact_loop_ok", "1 while the wires are whole.", *contact.loop_ok);
+  out.counter("cellcal_contact_frames_total", "Frames taken.", q.frames);
+  out.counter("cellcal_contact_crc_errors_total", "Damaged frames.", q.crc_errors);
   out.counter("cellcal_contact_missing_frames_total", "Frames missing by the sensor's count.",
-              static_cast<double>(q.gaps));
-  out.counter("cellcal_contact_bounces_total", "Bounces of contacts.",
-              static_cast<double>(q.bounces));
+              q.gaps);
+  out.counter("cellcal_contact_bounces_total", "Bounces of contacts.", q.bounces);
   put_histogram(out, "cellcal_contact_late_seconds", "How late this computer delivered heartbeats.",
                 q.late_times);
   out.gauge("cellcal_contact_late_worst_seconds", "The latest since the port was opened.",
@@ -139,7 +132,7 @@ void put_outcome(Exposition& out, const std::vector<SessionRecord>& newest_first
 
 void put_result(Exposition& out, const calib::Calibration& newest) {
   out.gauge("cellcal_calibration_published", "1 where the newest result was published.",
-            newest.verdict.publish() ? 1.0 : 0.0);
+            newest.verdict.publish());
   if (newest.check.count > 0)
     out.gauge("cellcal_calibration_check_meters", "Mean residual of its check touches.",
               newest.check.mean_m);
@@ -180,9 +173,9 @@ void put_drift(Exposition& out, const calib::DriftChart& chart) {
   for (const DriftState state : {DriftState::kTooFew, DriftState::kInControl, DriftState::kWarns,
                                  DriftState::kAlarms, DriftState::kUnknown})
     out.sample(state == chart.state ? 1.0 : 0.0, {{"state", to_string(state)}});
-  out.gauge("cellcal_drift_checks", "Checks in it.", static_cast<double>(chart.counted));
+  out.gauge("cellcal_drift_checks", "Checks in it.", chart.counted);
   out.gauge("cellcal_drift_undecided_checks", "Checks since the newest decided one.",
-            static_cast<double>(chart.undecided));
+            chart.undecided);
   if (chart.counted == 0) return;  // no check passed: there is no centre
   for (auto point = chart.points.rbegin(); point != chart.points.rend(); ++point) {
     if (point->check.left_out != calib::LeftOut::kNo) continue;
@@ -222,7 +215,7 @@ std::string metrics_text(const Status& status, const std::vector<SessionRecord>&
     out.sample(one == status.arm.motion ? 1.0 : 0.0, {{"motion", to_string(one)}});
   out.gauge("cellcal_robot_packet_age_seconds", "Age of that packet.", status.arm.packet_age_s);
   out.gauge("cellcal_links_open", "1 while a session holds its devices.",
-            status.links && status.links->open ? 1.0 : 0.0);
+            status.links && status.links->open);
   if (status.links) {
     put_robot(out, status.links->robot);
     put_contact(out, status.links->contact);
@@ -237,16 +230,12 @@ std::string metrics_text(const Status& status, const std::vector<SessionRecord>&
 
 std::string metrics_text(const plant::LineStatus& line, const OutboxCount& outbox) {
   Exposition out;
-  out.gauge("cellcal_plant_connected", "1 while the plant's broker is there.",
-            line.connected ? 1.0 : 0.0);
-  out.gauge("cellcal_plant_waiting", "Facts that the broker has not acknowledged.",
-            static_cast<double>(outbox.rows));
-  out.gauge("cellcal_plant_waiting_bytes", "What they take in the journal.",
-            static_cast<double>(outbox.bytes));
-  out.counter("cellcal_plant_acknowledged_total", "Facts that it has.",
-              static_cast<double>(line.acknowledged));
+  out.gauge("cellcal_plant_connected", "1 while the plant's broker is there.", line.connected);
+  out.gauge("cellcal_plant_waiting", "Facts that the broker has not acknowledged.", outbox.rows);
+  out.gauge("cellcal_plant_waiting_bytes", "What they take in the journal.", outbox.bytes);
+  out.counter("cellcal_plant_acknowledged_total", "Facts that it has.", line.acknowledged);
   out.counter("cellcal_plant_dropped_total", "Telemetry for which there was no room.",
-              static_cast<double>(outbox.dropped + outbox.not_begun));
+              outbox.dropped + outbox.not_begun);
   return std::move(out).text();
 }
 
