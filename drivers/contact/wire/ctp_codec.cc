@@ -3,8 +3,6 @@
 #include <asm/termbits.h>
 #include <sys/ioctl.h>
 
-#include <algorithm>
-
 namespace cellcal::drivers::ctp {
 
 namespace {
@@ -18,160 +16,11 @@ bool belongs(std::uint8_t type, Direction direction) {
 
 }  // namespace
 
-void Hello::write(std::uint8_t* p) const {
-  p[CTP_HELLO_MIN] = min;
-  p[CTP_HELLO_MAX] = max;
-  ctp_put_u32(p + CTP_HELLO_NONCE, nonce);
-}
-
-Hello Hello::read(const std::uint8_t* p) {
-  return {p[CTP_HELLO_MIN], p[CTP_HELLO_MAX], ctp_get_u32(p + CTP_HELLO_NONCE)};
-}
-
-void Config::write(std::uint8_t* p) const {
-  p[CTP_CONFIG_POLARITY] = polarity;
-  p[CTP_CONFIG_CONFIRM_SAMPLES] = confirm_samples;
-  ctp_put_u16(p + CTP_CONFIG_SAMPLE_US, sample_us);
-  p[CTP_CONFIG_HEARTBEAT_MS] = heartbeat_ms;
-  ctp_put_u16(p + CTP_CONFIG_OPEN_MV, open_mv);
-  ctp_put_u16(p + CTP_CONFIG_CONTACT_MV, contact_mv);
-}
-
-Config Config::read(const std::uint8_t* p) {
-  return {p[CTP_CONFIG_POLARITY],
-          p[CTP_CONFIG_CONFIRM_SAMPLES],
-          ctp_get_u16(p + CTP_CONFIG_SAMPLE_US),
-          p[CTP_CONFIG_HEARTBEAT_MS],
-          ctp_get_u16(p + CTP_CONFIG_OPEN_MV),
-          ctp_get_u16(p + CTP_CONFIG_CONTACT_MV)};
-}
-
 std::uint16_t config_crc(const Config& config) {
   std::array<std::uint8_t, Config::kSize> raw{};
-  config.write(raw.data());
+  to_bytes(config, raw.data());
   return ctp_crc16(raw.data(), raw.size());
 }
-
-void Arm::write(std::uint8_t* p) const {
-  ctp_put_u16(p + CTP_ARM_ID, arm_id);
-  ctp_put_u16(p + CTP_ARM_LIFETIME_MS, lifetime_ms);
-}
-
-Arm Arm::read(const std::uint8_t* p) {
-  return {ctp_get_u16(p + CTP_ARM_ID), ctp_get_u16(p + CTP_ARM_LIFETIME_MS)};
-}
-
-void Disarm::write(std::uint8_t* p) const { ctp_put_u16(p + CTP_DISARM_ID, arm_id); }
-
-Disarm Disarm::read(const std::uint8_t* p) { return {ctp_get_u16(p + CTP_DISARM_ID)}; }
-
-void Ack::write(std::uint8_t* p) const { ctp_put_u16(p + CTP_ACK_EVENT, event); }
-
-Ack Ack::read(const std::uint8_t* p) { return {ctp_get_u16(p + CTP_ACK_EVENT)}; }
-
-void Ping::write(std::uint8_t* p) const {
-  ctp_put_u32(p + CTP_PING_NONCE, nonce);
-  std::fill(p + CTP_PING_PAD, p + CTP_PING_SIZE, std::uint8_t{0});
-}
-
-Ping Ping::read(const std::uint8_t* p) { return {ctp_get_u32(p + CTP_PING_NONCE)}; }
-
-void Ident::write(std::uint8_t* p) const {
-  p[CTP_IDENT_VERSION] = version;
-  std::copy(firmware.begin(), firmware.end(), p + CTP_IDENT_FIRMWARE);
-  ctp_put_u32(p + CTP_IDENT_UID, uid);
-  ctp_put_u32(p + CTP_IDENT_BOOT_ID, boot_id);
-  ctp_put_u32(p + CTP_IDENT_CLOCK_HZ, clock_hz);
-  p[CTP_IDENT_RESET_CAUSE] = reset_cause;
-  ctp_put_u32(p + CTP_IDENT_NONCE, nonce);
-  ctp_put_u16(p + CTP_IDENT_CONFIG_CRC, config_crc);
-}
-
-Ident Ident::read(const std::uint8_t* p) {
-  const std::uint8_t* f = p + CTP_IDENT_FIRMWARE;
-  return {p[CTP_IDENT_VERSION],
-          {f[0], f[1], f[2]},
-          ctp_get_u32(p + CTP_IDENT_UID),
-          ctp_get_u32(p + CTP_IDENT_BOOT_ID),
-          ctp_get_u32(p + CTP_IDENT_CLOCK_HZ),
-          p[CTP_IDENT_RESET_CAUSE],
-          ctp_get_u32(p + CTP_IDENT_NONCE),
-          ctp_get_u16(p + CTP_IDENT_CONFIG_CRC)};
-}
-
-void Board::write(std::uint8_t* p) const {
-  p[CTP_BOARD_FUSES_LOW] = fuses_low;
-  p[CTP_BOARD_FUSES_HIGH] = fuses_high;
-  p[CTP_BOARD_FUSES_EXTENDED] = fuses_extended;
-  ctp_put_u16(p + CTP_BOARD_LOADER, loader);
-}
-
-Board Board::read(const std::uint8_t* p) {
-  return {p[CTP_BOARD_FUSES_LOW], p[CTP_BOARD_FUSES_HIGH], p[CTP_BOARD_FUSES_EXTENDED],
-          ctp_get_u16(p + CTP_BOARD_LOADER)};
-}
-
-void Status::write(std::uint8_t* p) const {
-  ctp_put_u32(p + CTP_STATUS_T, t);
-  p[CTP_STATUS_FLAGS] = flags;
-  ctp_put_u16(p + CTP_STATUS_LAST_EVENT, last_event);
-  p[CTP_STATUS_ERRORS] = errors;
-  ctp_put_u16(p + CTP_STATUS_SENSE_MV, sense_mv);
-  ctp_put_u16(p + CTP_STATUS_CONFIG_CRC, config_crc);
-}
-
-Status Status::read(const std::uint8_t* p) {
-  return {ctp_get_u32(p + CTP_STATUS_T),          p[CTP_STATUS_FLAGS],
-          ctp_get_u16(p + CTP_STATUS_LAST_EVENT), p[CTP_STATUS_ERRORS],
-          ctp_get_u16(p + CTP_STATUS_SENSE_MV),   ctp_get_u16(p + CTP_STATUS_CONFIG_CRC)};
-}
-
-void Trip::write(std::uint8_t* p) const {
-  ctp_put_u16(p + CTP_TRIP_ARM_ID, arm_id);
-  ctp_put_u32(p + CTP_TRIP_T, t);
-}
-
-Trip Trip::read(const std::uint8_t* p) {
-  return {ctp_get_u16(p + CTP_TRIP_ARM_ID), ctp_get_u32(p + CTP_TRIP_T)};
-}
-
-void Event::write(std::uint8_t* p) const {
-  ctp_put_u16(p + CTP_EVENT_ID, event);
-  ctp_put_u16(p + CTP_EVENT_ARM_ID, arm_id);
-  ctp_put_u32(p + CTP_EVENT_T_FIRST, t_first);
-  ctp_put_u16(p + CTP_EVENT_DT_CONFIRM_US, dt_confirm_us);
-  p[CTP_EVENT_BOUNCES] = bounces;
-  p[CTP_EVENT_LEVEL] = level;
-  ctp_put_u16(p + CTP_EVENT_SENSE_MV, sense_mv);
-}
-
-Event Event::read(const std::uint8_t* p) {
-  return {ctp_get_u16(p + CTP_EVENT_ID),
-          ctp_get_u16(p + CTP_EVENT_ARM_ID),
-          ctp_get_u32(p + CTP_EVENT_T_FIRST),
-          ctp_get_u16(p + CTP_EVENT_DT_CONFIRM_US),
-          p[CTP_EVENT_BOUNCES],
-          p[CTP_EVENT_LEVEL],
-          ctp_get_u16(p + CTP_EVENT_SENSE_MV)};
-}
-
-void Pong::write(std::uint8_t* p) const {
-  ctp_put_u32(p + CTP_PONG_NONCE, nonce);
-  ctp_put_u32(p + CTP_PONG_T_RX, t_rx);
-  ctp_put_u32(p + CTP_PONG_T_TX, t_tx);
-}
-
-Pong Pong::read(const std::uint8_t* p) {
-  return {ctp_get_u32(p + CTP_PONG_NONCE), ctp_get_u32(p + CTP_PONG_T_RX),
-          ctp_get_u32(p + CTP_PONG_T_TX)};
-}
-
-void Nak::write(std::uint8_t* p) const {
-  p[CTP_NAK_OF_TYPE] = of_type;
-  p[CTP_NAK_REASON] = reason;
-}
-
-Nak Nak::read(const std::uint8_t* p) { return {p[CTP_NAK_OF_TYPE], p[CTP_NAK_REASON]}; }
 
 std::size_t cobs_encode(std::span<const std::uint8_t> in, std::uint8_t* out) {
   std::size_t code_at = 0, size = 1;

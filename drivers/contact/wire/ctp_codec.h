@@ -1,11 +1,14 @@
 #pragma once
 // Codec of CTP/1 frames: bytes to typed structs and back. Never allocates, blocks or throws.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <tuple>
+#include <type_traits>
 
 #include "drivers/contact/wire/ctp.h"
 #include "drivers/time.h"
@@ -27,14 +30,13 @@ struct WireBytes {
   std::span<const std::uint8_t> bytes() const { return {data.data(), size}; }
 };
 
-// Payloads. Each defines its type, and its serialisation to and from kSize bytes.
+// Payloads. Each defines its type, and its fields in the order of their bytes (ctp.h); bytes behind them are 0.
 struct Hello {
   static constexpr std::uint8_t kType = CTP_HELLO;
   static constexpr std::size_t kSize = CTP_HELLO_SIZE;
   std::uint8_t min = CTP_VERSION, max = CTP_VERSION;
   std::uint32_t nonce = 0;
-  void write(std::uint8_t* p) const;
-  static Hello read(const std::uint8_t* p);
+  static constexpr auto kFields = std::tuple{&Hello::min, &Hello::max, &Hello::nonce};
 };
 
 struct Config {
@@ -46,9 +48,10 @@ struct Config {
   std::uint8_t heartbeat_ms = 10;
   std::uint16_t open_mv = 3500;     ///< at or above: certainly open
   std::uint16_t contact_mv = 1000;  ///< at or below: certainly in contact
-  void write(std::uint8_t* p) const;
-  static Config read(const std::uint8_t* p);
   bool operator==(const Config&) const = default;
+  static constexpr auto kFields =
+      std::tuple{&Config::polarity, &Config::confirm_samples, &Config::sample_us,
+                 &Config::heartbeat_ms, &Config::open_mv, &Config::contact_mv};
 };
 
 /// Configuration checksum in STATUS and IDENT.
@@ -58,46 +61,40 @@ struct Arm {
   static constexpr std::uint8_t kType = CTP_ARM;
   static constexpr std::size_t kSize = CTP_ARM_SIZE;
   std::uint16_t arm_id = 0, lifetime_ms = 0;
-  void write(std::uint8_t* p) const;
-  static Arm read(const std::uint8_t* p);
+  static constexpr auto kFields = std::tuple{&Arm::arm_id, &Arm::lifetime_ms};
 };
 
 struct Disarm {
   static constexpr std::uint8_t kType = CTP_DISARM;
   static constexpr std::size_t kSize = CTP_DISARM_SIZE;
   std::uint16_t arm_id = 0;
-  void write(std::uint8_t* p) const;
-  static Disarm read(const std::uint8_t* p);
+  static constexpr auto kFields = std::tuple{&Disarm::arm_id};
 };
 
 struct Ack {
   static constexpr std::uint8_t kType = CTP_ACK;
   static constexpr std::size_t kSize = CTP_ACK_SIZE;
   std::uint16_t event = 0;
-  void write(std::uint8_t* p) const;
-  static Ack read(const std::uint8_t* p);
+  static constexpr auto kFields = std::tuple{&Ack::event};
 };
 
 struct Ping {
   static constexpr std::uint8_t kType = CTP_PING;
   static constexpr std::size_t kSize = CTP_PING_SIZE;
   std::uint32_t nonce = 0;
-  void write(std::uint8_t* p) const;
-  static Ping read(const std::uint8_t* p);
+  static constexpr auto kFields = std::tuple{&Ping::nonce};
 };
 
 struct SelfTest {
   static constexpr std::uint8_t kType = CTP_SELFTEST;
   static constexpr std::size_t kSize = CTP_SELFTEST_SIZE;
-  void write(std::uint8_t*) const {}
-  static SelfTest read(const std::uint8_t*) { return {}; }
+  static constexpr std::tuple<> kFields{};
 };
 
 struct KeepAlive {
   static constexpr std::uint8_t kType = CTP_KEEPALIVE;
   static constexpr std::size_t kSize = CTP_KEEPALIVE_SIZE;
-  void write(std::uint8_t*) const {}
-  static KeepAlive read(const std::uint8_t*) { return {}; }
+  static constexpr std::tuple<> kFields{};
 };
 
 /// The relay in place of plug X1.
@@ -105,16 +102,14 @@ struct Relay {
   static constexpr std::uint8_t kType = CTP_RELAY;
   static constexpr std::size_t kSize = CTP_RELAY_SIZE;
   std::uint8_t on = 0;
-  void write(std::uint8_t* p) const { p[CTP_RELAY_ON] = on; }
-  static Relay read(const std::uint8_t* p) { return {p[CTP_RELAY_ON]}; }
+  static constexpr auto kFields = std::tuple{&Relay::on};
 };
 
 struct RelayState {
   static constexpr std::uint8_t kType = CTP_RELAY_STATE;
   static constexpr std::size_t kSize = CTP_RELAY_STATE_SIZE;
   std::uint8_t flags = 0;
-  void write(std::uint8_t* p) const { p[CTP_RELAY_STATE_FLAGS] = flags; }
-  static RelayState read(const std::uint8_t* p) { return {p[CTP_RELAY_STATE_FLAGS]}; }
+  static constexpr auto kFields = std::tuple{&RelayState::flags};
 };
 
 struct Ident {
@@ -126,8 +121,9 @@ struct Ident {
   std::uint8_t reset_cause = 0;
   std::uint32_t nonce = 0;
   std::uint16_t config_crc = CTP_CONFIG_NONE;
-  void write(std::uint8_t* p) const;
-  static Ident read(const std::uint8_t* p);
+  static constexpr auto kFields =
+      std::tuple{&Ident::version, &Ident::firmware, &Ident::uid, &Ident::boot_id, &Ident::clock_hz,
+                 &Ident::reset_cause, &Ident::nonce, &Ident::config_crc};
 };
 
 /// Chip settings of an ATmega328P.
@@ -136,8 +132,8 @@ struct Board {
   static constexpr std::size_t kSize = CTP_BOARD_SIZE;
   std::uint8_t fuses_low = 0, fuses_high = 0, fuses_extended = 0;
   std::uint16_t loader = 0xFFFF;
-  void write(std::uint8_t* p) const;
-  static Board read(const std::uint8_t* p);
+  static constexpr auto kFields =
+      std::tuple{&Board::fuses_low, &Board::fuses_high, &Board::fuses_extended, &Board::loader};
 };
 
 struct Status {
@@ -149,8 +145,9 @@ struct Status {
   std::uint8_t errors = 0;
   std::uint16_t sense_mv = 0;
   std::uint16_t config_crc = CTP_CONFIG_NONE;
-  void write(std::uint8_t* p) const;
-  static Status read(const std::uint8_t* p);
+  static constexpr auto kFields =
+      std::tuple{&Status::t, &Status::flags, &Status::last_event, &Status::errors,
+                 &Status::sense_mv, &Status::config_crc};
 };
 
 struct Trip {
@@ -158,8 +155,7 @@ struct Trip {
   static constexpr std::size_t kSize = CTP_TRIP_SIZE;
   std::uint16_t arm_id = 0;
   std::uint32_t t = 0;
-  void write(std::uint8_t* p) const;
-  static Trip read(const std::uint8_t* p);
+  static constexpr auto kFields = std::tuple{&Trip::arm_id, &Trip::t};
 };
 
 /// CONTACT, REVOKED and RELEASE, distinguished by the frame's type.
@@ -170,24 +166,23 @@ struct Event {
   std::uint16_t dt_confirm_us = 0;
   std::uint8_t bounces = 0, level = 0;
   std::uint16_t sense_mv = 0;
-  void write(std::uint8_t* p) const;
-  static Event read(const std::uint8_t* p);
+  static constexpr auto kFields =
+      std::tuple{&Event::event, &Event::arm_id, &Event::t_first, &Event::dt_confirm_us,
+                 &Event::bounces, &Event::level, &Event::sense_mv};
 };
 
 struct Pong {
   static constexpr std::uint8_t kType = CTP_PONG;
   static constexpr std::size_t kSize = CTP_PONG_SIZE;
   std::uint32_t nonce = 0, t_rx = 0, t_tx = 0;
-  void write(std::uint8_t* p) const;
-  static Pong read(const std::uint8_t* p);
+  static constexpr auto kFields = std::tuple{&Pong::nonce, &Pong::t_rx, &Pong::t_tx};
 };
 
 struct Nak {
   static constexpr std::uint8_t kType = CTP_NAK;
   static constexpr std::size_t kSize = CTP_NAK_SIZE;
   std::uint8_t of_type = 0, reason = 0;
-  void write(std::uint8_t* p) const;
-  static Nak read(const std::uint8_t* p);
+  static constexpr auto kFields = std::tuple{&Nak::of_type, &Nak::reason};
 };
 
 /// COBS without the delimiter. `out` holds at least in.size() + 1 bytes; in.size() <= 254.
@@ -195,13 +190,45 @@ std::size_t cobs_encode(std::span<const std::uint8_t> in, std::uint8_t* out);
 /// Decodes in place or elsewhere (out may be in.data()); nullopt: not COBS.
 std::optional<std::size_t> cobs_decode(std::span<const std::uint8_t> in, std::uint8_t* out);
 
+/// Little-endian.
+template <class Payload>
+void to_bytes(const Payload& payload, std::uint8_t* at) {
+  const auto put = [&at](const auto& value) {
+    if constexpr (requires { value.size(); })
+      at = std::copy(value.begin(), value.end(), at);
+    else
+      for (std::size_t i = 0; i < sizeof value; ++i)
+        *at++ = static_cast<std::uint8_t>(value >> (8 * i));
+  };
+  std::fill_n(at, Payload::kSize, std::uint8_t{0});
+  std::apply([&](auto... field) { (put(payload.*field), ...); }, Payload::kFields);
+}
+
+template <class Payload>
+Payload from_bytes(const std::uint8_t* at) {
+  Payload payload;
+  const auto get = [&at](auto& value) {
+    using Value = std::remove_reference_t<decltype(value)>;
+    if constexpr (requires { value.size(); }) {
+      std::copy_n(at, value.size(), value.begin());
+    } else {
+      std::uint32_t sum = 0;
+      for (std::size_t i = 0; i < sizeof value; ++i) sum |= std::uint32_t{at[i]} << (8 * i);
+      value = static_cast<Value>(sum);
+    }
+    at += sizeof value;
+  };
+  std::apply([&](auto... field) { (get(payload.*field), ...); }, Payload::kFields);
+  return payload;
+}
+
 /// A frame of any type; a payload longer than CTP_MAX_PAYLOAD gives an empty result.
 WireBytes build_frame(std::uint8_t type, std::uint8_t seq, std::span<const std::uint8_t> payload);
 
 template <class Payload>
 WireBytes build(const Payload& payload, std::uint8_t seq, std::uint8_t type) {
   std::array<std::uint8_t, CTP_MAX_PAYLOAD> raw{};
-  payload.write(raw.data());
+  to_bytes(payload, raw.data());
   return build_frame(type, seq, {raw.data(), Payload::kSize});
 }
 
@@ -213,7 +240,7 @@ WireBytes build(const Payload& payload, std::uint8_t seq) {
 /// The payload of a frame returned by FrameReader, which has verified its size.
 template <class Payload>
 Payload read(const Frame& frame) {
-  return Payload::read(frame.payload.data());
+  return from_bytes<Payload>(frame.payload.data());
 }
 
 /// Counters of one direction of the line.

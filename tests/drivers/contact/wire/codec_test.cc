@@ -94,8 +94,8 @@ void comes_back(const Payload& payload, Direction direction) {
   EXPECT_EQ(frames[0].type, Payload::kType);
   EXPECT_EQ(frames[0].seq, 9);
   std::array<std::uint8_t, CTP_MAX_PAYLOAD> a{}, b{};
-  payload.write(a.data());
-  read<Payload>(frames[0]).write(b.data());
+  to_bytes(payload, a.data());
+  to_bytes(read<Payload>(frames[0]), b.data());
   EXPECT_EQ(a, b);
   EXPECT_EQ(frames[0].payload, a);
 }
@@ -137,9 +137,9 @@ TEST(CtpCodec, EventsShareOnePayload) {
 TEST(CtpCodec, ABoardsFusesAndLoaderStandWhereTheProtocolHasThem) {
   std::array<std::uint8_t, CTP_BOARD_SIZE> bytes{};
   const Board board{0x62, 0xD6, 0xFD, 0x0804};
-  board.write(bytes.data());
+  to_bytes(board, bytes.data());
   EXPECT_EQ(bytes, (std::array<std::uint8_t, CTP_BOARD_SIZE>{0x62, 0xD6, 0xFD, 0x04, 0x08}));
-  const Board read = Board::read(bytes.data());
+  const auto read = from_bytes<Board>(bytes.data());
   EXPECT_EQ(read.fuses_low, 0x62);
   EXPECT_EQ(read.fuses_high, 0xD6);
   EXPECT_EQ(read.fuses_extended, 0xFD);
