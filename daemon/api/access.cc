@@ -12,7 +12,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <utility>
 
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"

@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
 #include "calib/words/phrase_json.h"
-#include "daemon/api/http/http.h"
 #include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "calib/model/iso_time.h"
-#include "daemon/runner/backend.h"
 #include "daemon/session/driver_phrase.h"
 #include "daemon/session/interruption.h"
 

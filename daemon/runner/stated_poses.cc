@@ -1,8 +1,5 @@
 #include "daemon/runner/stated_poses.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "calib/model/units.h"
 
 namespace cellcal::daemon {

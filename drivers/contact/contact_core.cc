@@ -1,6 +1,5 @@
 #include "drivers/contact/contact_core.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

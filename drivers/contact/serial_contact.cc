@@ -12,7 +12,6 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/lockfree/spsc_queue.hpp>
 #include <cstring>
-#include <optional>
 #include <thread>
 #include <utility>
 

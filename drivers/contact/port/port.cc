@@ -17,12 +17,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <optional>
 #include <utility>
 
 #include "drivers/contact/port/adapter.h"
 #include "drivers/contact/wire/ctp_codec.h"
-#include "drivers/error.h"
 
 namespace cellcal::drivers {
 

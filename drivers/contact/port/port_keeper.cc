@@ -1,7 +1,6 @@
 #include "drivers/contact/port/port_keeper.h"
 
 #include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <optional>

@@ -8,7 +8,6 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/write.hpp>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "drivers/error.h"

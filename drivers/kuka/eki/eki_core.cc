@@ -5,9 +5,6 @@
 #include <string>
 
 #include "drivers/kuka/eki/eki_mover.h"
-#include "drivers/kuka/moves/cause.h"
-#include "drivers/kuka/moves/move_queue.h"
-#include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/wire/xml_values.h"
 #include "drivers/units.h"
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "drivers/kuka/eki/eki_core.h"
-#include "drivers/kuka/moves/move_queue.h"
 #include "drivers/units.h"
 
 namespace cellcal::drivers {

@@ -1,11 +1,8 @@
 #include "drivers/kuka/moves/cause.h"
 
 #include <cmath>
-#include <string>
 #include <utility>
 #include <vector>
-
-#include "drivers/sentence.h"
 
 namespace cellcal::drivers {
 

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "drivers/error.h"
 #include "drivers/kuka/wire/wire_axes.h"
 

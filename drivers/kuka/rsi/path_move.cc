@@ -1,10 +1,7 @@
 #include "drivers/kuka/rsi/path_move.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-
-#include "drivers/kuka/rsi/motion.h"
 
 namespace cellcal::drivers {
 

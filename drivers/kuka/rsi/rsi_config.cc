@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 
 #include "drivers/error.h"
 #include "drivers/kuka/moves/move_queue.h"

@@ -5,10 +5,8 @@
 #include <cmath>
 
 #include "drivers/kuka/moves/cause.h"
-#include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/rsi/rsi_mover.h"
-#include "drivers/kuka/rsi/rsi_report.h"
 #include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "drivers/kuka/rsi/rsi_stream.h"
 #include "drivers/kuka/wire/xml_values.h"

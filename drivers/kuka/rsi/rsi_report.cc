@@ -1,6 +1,5 @@
 #include "drivers/kuka/rsi/rsi_report.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "drivers/kuka/wire/wire_axes.h"

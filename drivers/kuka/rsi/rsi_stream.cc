@@ -1,7 +1,6 @@
 #include "drivers/kuka/rsi/rsi_stream.h"
 
 #include <algorithm>
-#include <cmath>
 #include <span>
 
 #include "drivers/median.h"

@@ -1,11 +1,9 @@
 #include "drivers/kuka/wire/eki_codec.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <pugixml.hpp>
 #include <random>
-#include <span>
 
 #include "drivers/kuka/wire/xml_values.h"
 
