@@ -233,11 +233,11 @@ std::vector<PlanScene::Ball> balls_of(const View& view) {
   return balls;
 }
 
-class CellPanel : public Panel {
+class CellPanel : public PicturePanel {
  public:
   CellPanel(const PlanScene& scene, const std::vector<calib::CertifiedLength>& lengths, int upward,
             std::string_view heading)
-      : Panel(kPictureHeight, "chart cell", 0, upward, heading) {
+      : PicturePanel(kPictureHeight, "chart cell", 0, upward, heading) {
     fit(scene);
     draw_heading();
     for (const calib::CertifiedLength& length : lengths) {

@@ -19,8 +19,8 @@ using svg::Anchor, svg::Point, svg::Svg;
 constexpr double kWidth = 460.0, kHeight = 430.0;
 constexpr double kLeft = 52.0, kTop = 24.0, kRight = 14.0, kBottom = 40.0;
 constexpr double kPlanMarginMm = 120.0;
-constexpr double kApproachMm = 75.0;      // invisible if drawn to scale
-constexpr double kEndRadius = 1.7;        // px, at the start of an approach
+constexpr double kApproachMm = 75.0;  // invisible if drawn to scale
+constexpr double kEndRadius = 1.7;    // px, at the start of an approach
 constexpr std::size_t kPlanLabelLength = 18;
 
 /// Polygon clipped to the frame (Sutherland and Hodgman).
@@ -110,11 +110,11 @@ struct Frame {
   }
 };
 
-class PlanPanel : public Panel {
+class PlanPanel : public PicturePanel {
  public:
-  PlanPanel(const PlanScene& scene, const Frame& frame, int upward, const std::vector<Vector2d>& reach,
-            std::string_view heading)
-      : Panel(kHeight, "chart plan", 0, upward, heading), scene_(scene) {
+  PlanPanel(const PlanScene& scene, const Frame& frame, int upward,
+            const std::vector<Vector2d>& reach, std::string_view heading)
+      : PicturePanel(kHeight, "chart plan", 0, upward, heading), scene_(scene) {
     draw_grid(seen(0.5 * (frame.least + frame.most)), frame.px_per_mm);
     floor();
     for (std::size_t i = 0; i < reach.size(); ++i)
@@ -233,7 +233,8 @@ class PlanPanel : public Panel {
 
 }  // namespace
 
-Panel::Panel(double height, const char* css_class, int across, int upward, std::string_view heading)
+PicturePanel::PicturePanel(double height, const char* css_class, int across, int upward,
+                           std::string_view heading)
     : across_(across),
       upward_(upward),
       height_(height),
@@ -241,17 +242,19 @@ Panel::Panel(double height, const char* css_class, int across, int upward, std::
       svg_(kWidth, height, css_class, heading),
       labels_(kLeft, kTop, kWidth) {}
 
-Eigen::Array2d Panel::inner() const {
+Eigen::Array2d PicturePanel::inner() const {
   return {kWidth - kLeft - kRight, height_ - kTop - kBottom};
 }
 
-void Panel::draw_grid(const Vector2d& middle, double px_per_mm) {
+void PicturePanel::draw_grid(const Vector2d& middle, double px_per_mm) {
   px_per_mm_ = px_per_mm;
   const Vector2d half = 0.5 * inner() / px_per_mm;
   x_ = {middle.x() - half.x(), middle.x() + half.x(), kLeft, kWidth - kRight};
   y_ = {middle.y() - half.y(), middle.y() + half.y(), height_ - kBottom, kTop};
-  const std::vector<double> columns = round_ticks(x_.from, x_.to, 6), rows = round_ticks(y_.from, y_.to, 6);
-  const std::vector<std::string> column_labels = tick_labels(columns), row_labels = tick_labels(rows);
+  const std::vector<double> columns = round_ticks(x_.from, x_.to, 6),
+                            rows = round_ticks(y_.from, y_.to, 6);
+  const std::vector<std::string> column_labels = tick_labels(columns),
+                                 row_labels = tick_labels(rows);
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const double x = x_(columns[i]);
     svg_.line({x, y_.at_to}, {x, y_.at_from}, "grid");
@@ -262,26 +265,29 @@ void Panel::draw_grid(const Vector2d& middle, double px_per_mm) {
     svg_.line({x_.at_from, y}, {x_.at_to, y}, "grid");
     svg_.text({x_.at_from - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
   }
-  svg_.text({x_.at_to, y_.at_from + 33.0}, Anchor::kEnd, "tick",
-            say({"say.report.view.axes",
-                 {{"across", std::string(1, "xyz"[across_])}, {"up", std::string(1, "xyz"[upward_])}}}));
+  svg_.text(
+      {x_.at_to, y_.at_from + 33.0}, Anchor::kEnd, "tick",
+      say({"say.report.view.axes",
+           {{"across", std::string(1, "xyz"[across_])}, {"up", std::string(1, "xyz"[upward_])}}}));
 }
 
-void Panel::draw_heading() { svg_.text({0.0, kTop - 10.0}, Anchor::kStart, "panel", heading_); }
+void PicturePanel::draw_heading() {
+  svg_.text({0.0, kTop - 10.0}, Anchor::kStart, "panel", heading_);
+}
 
-void Panel::draw_label(const PlanScene::Ball& ball, double radius, std::string_view words,
-                       std::size_t longest) {
+void PicturePanel::draw_label(const PlanScene::Ball& ball, double radius, std::string_view words,
+                              std::size_t longest) {
   const std::string text = shorten(words, longest);
   svg_.text(labels_.beside(at(ball.centre), radius, std::min(text.size(), longest)), Anchor::kStart,
             "label strong", text);
 }
 
-double Panel::radius(const PlanScene::Ball& ball) const {
+double PicturePanel::radius(const PlanScene::Ball& ball) const {
   constexpr double kLeastRadius = 3.5;
   return std::max(ball.radius * px_per_mm_, kLeastRadius);
 }
 
-void Panel::keep_free(Point centre, double around) {
+void PicturePanel::keep_free(Point centre, double around) {
   labels_.keep_free({centre.x - around, centre.y - around}, 2.0 * around, 2.0 * around);
 }
 

@@ -161,20 +161,22 @@ struct PlanScene {
 };
 
 /// A view to scale: two axes of the base frame, with grid, heading, balls and labels.
-class Panel {
+class PicturePanel {
  public:
   std::string finish() && { return std::move(svg_).finish(); }
 
  protected:
   /// `across`, `upward`: axes of the view, from x, y, z.
-  Panel(double height, const char* css_class, int across, int upward, std::string_view heading);
+  PicturePanel(double height, const char* css_class, int across, int upward,
+               std::string_view heading);
 
   /// Pixels inside the frame.
   Eigen::Array2d inner() const;
   /// Sets the scale, with `middle` [mm] in the middle of the frame.
   void draw_grid(const Eigen::Vector2d& middle, double px_per_mm);
   void draw_heading();
-  void draw_label(const PlanScene::Ball& ball, double radius, std::string_view words, std::size_t longest);
+  void draw_label(const PlanScene::Ball& ball, double radius, std::string_view words,
+                  std::size_t longest);
   double radius(const PlanScene::Ball& ball) const;  ///< px, so that a small one stays visible
   void keep_free(svg::Point centre, double around);
   Eigen::Vector2d seen(const Eigen::Vector3d& mm) const { return {mm[across_], mm[upward_]}; }
