@@ -92,10 +92,14 @@ TEST(RsiRob, ModeAndOverrideHaveTheNamesOfTheConfiguration) {
       "<Rob><AIPos A1='1'/><Krc Op='2' Ov='30'/><BA>1</BA><Mode R='3'/><IPOC>4</IPOC></Rob>";
   RsiParser parser;
   RobFrame frame;
-  ASSERT_EQ(parser.parse_rob(text, frame, {.mode_tag = "Krc.Op", .override_tag = "Krc.Ov"}), WireError::kNone);
+  ASSERT_EQ(parser.parse_rob(text, frame,
+                             {.mode_tag = "Krc.Op", .override_tag = "Krc.Ov", .contact_tag = ""}),
+            WireError::kNone);
   EXPECT_EQ(frame.mode, OperatingMode::kT2);
   EXPECT_EQ(frame.override_percent, 30);
-  ASSERT_EQ(parser.parse_rob(text, frame, {.mode_tag = "BA", .override_tag = ""}), WireError::kNone);
+  ASSERT_EQ(
+      parser.parse_rob(text, frame, {.mode_tag = "BA", .override_tag = "", .contact_tag = ""}),
+      WireError::kNone);
   EXPECT_EQ(frame.mode, OperatingMode::kT1) << "an element's text";
   EXPECT_FALSE(frame.override_percent) << "not read";
 }
@@ -120,9 +124,9 @@ TEST(RsiRob, ContactInputIsReadWhereItIsOneBitAndNeverAnError) {
   RsiParser parser;
   RobFrame frame;
   for (const auto& [element, on] : cases) {
-    const std::string text =
-        std::string("<Rob><AIPos A1='1'/>") + element + "<IPOC>4</IPOC></Rob>";
-    ASSERT_EQ(parser.parse_rob(text, frame, {.contact_tag = "Contact.R"}), WireError::kNone) << text;
+    const std::string text = std::string("<Rob><AIPos A1='1'/>") + element + "<IPOC>4</IPOC></Rob>";
+    ASSERT_EQ(parser.parse_rob(text, frame, {.contact_tag = "Contact.R"}), WireError::kNone)
+        << text;
     EXPECT_EQ(frame.input_on, on) << text;
   }
   ASSERT_EQ(parser.parse_rob("<Rob><AIPos A1='1'/><Contact R='1'/><IPOC>4</IPOC></Rob>", frame),
@@ -222,7 +226,12 @@ TEST(RsiSen, ReplyHasTheFormOfTheControllersConfiguration) {
             R"(<Sen Type="ImFree"><AK A1="0.000000" A2="-1.234568" A3="0.000000" A4="0.000000" )"
             R"(A5="90.000000" A6="12.500000"/><Stop>0</Stop><IPOC>0357</IPOC></Sen>)");
   const double eight[8] = {1, 2, 3, 4, 5, 6, 7, 8};
-  EXPECT_EQ(format_sen({"Kroshu", "AKorr", "EKorr", ""}, eight, 4, 1, "1", buffer),
+  EXPECT_EQ(format_sen({.sentype = "Kroshu",
+                        .axis_tag = "AKorr",
+                        .external_axis_tag = "EKorr",
+                        .stop_tag = "",
+                        .contact_tag = ""},
+                       eight, 4, 1, "1", buffer),
             R"(<Sen Type="Kroshu"><AKorr A1="1.0000" A2="2.0000" A3="3.0000" A4="4.0000" )"
             R"(A5="5.0000" A6="6.0000"/><EKorr E1="7.0000" E2="8.0000"/><IPOC>1</IPOC></Sen>)");
 }
