@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "drivers/kuka/wire/rsi_codec.h"
 #include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/wire/rsi_codec.h"
 #include "drivers/units.h"
 
 namespace cellcal::sim {
@@ -32,8 +32,8 @@ class Krc : public ::testing::Test {
     const double correction[6] = {a1_deg, 0, 0, 0, 0, 0};
     std::array<char, drivers::kRsiBuffer> buffer{};
     const std::string ipoc = std::to_string(static_cast<long>(krc->ipoc()) + ipoc_error);
-    krc->receive(
-        drivers::format_sen({sentype, "AK", "EK", "Stop"}, correction, 6, stop, ipoc, buffer));
+    krc->receive(drivers::format_sen({.sentype = sentype, .contact_tag = ""}, correction, 6, stop,
+                                     ipoc, buffer));
   }
   void cycles(int n, double a1_deg) {
     for (int i = 0; i < n; ++i) {
