@@ -60,7 +60,7 @@ class AnEkiCell : public ::testing::TestWithParam<drivers::EkiStop> {
     move.target_rad[0] += 5 * kDeg;
     cell->robot().begin(move);
     until([] { return false; }, 1s);
-    ASSERT_TRUE(cell->controller().moving());
+    ASSERT_FALSE(cell->controller().at_rest());
     at_fault_deg = a1_deg();
   }
   drivers::MoveResult result() {
@@ -83,7 +83,7 @@ TEST_P(AnEkiCell, StopsWhenTheContactSensorFallsSilent) {
   EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
   // 25 ms of heartbeat limit, up to 40 ms until the interrupt, the ramp: within 0.1 s.
   EXPECT_LT(a1_deg() - at_fault_deg, 0.05);
-  EXPECT_FALSE(cell->controller().moving());
+  EXPECT_TRUE(cell->controller().at_rest());
 }
 
 TEST_P(AnEkiCell, StopsWhenTheContactSensorRestarts) {
