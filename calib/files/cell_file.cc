@@ -392,8 +392,8 @@ bool is_day(const std::string& text) {
   int year = 0;
   unsigned month = 0, day = 0;
   char more = 0;
-  constexpr std::size_t kLength = 10;  // YYYY-MM-DD
-  if (text.size() != kLength ||
+  constexpr std::string_view kForm = "YYYY-MM-DD";
+  if (text.size() != kForm.size() ||
       std::sscanf(text.c_str(), "%4d-%2u-%2u%c", &year, &month, &day, &more) != 3)
     return false;
   return std::chrono::year_month_day(std::chrono::year(year), std::chrono::month(month),

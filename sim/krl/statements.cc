@@ -1,6 +1,7 @@
 // Statements.
 
 #include <algorithm>
+#include <utility>
 
 #include "sim/krl/compiler.h"
 #include "sim/krl/interpreter.h"
