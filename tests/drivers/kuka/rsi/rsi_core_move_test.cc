@@ -258,6 +258,17 @@ TEST(RsiMove, NonsenseIsRefused) {
   expect_cause(rig.move(MoveKind::kTransit, rig.commanded(), -1.0).cause, cause::BadCruise{-1.0});
 }
 
+TEST(RsiMove, AShareOfTheSpeedThatIsNoneIsRefused) {
+  Rig rig;
+  rig.make_ready();
+  for (const double share : {0.0, -0.5, 1.01, std::numeric_limits<double>::infinity()}) {
+    Move move{++rig.last_id, MoveKind::kTransit, rig.moved_by(0, 10), 0.0, 0};
+    move.speed_share = share;
+    rig.core.begin(move);
+    expect_cause(rig.finish().cause, cause::BadShare{share, 1.0});
+  }
+}
+
 TEST(RsiMove, OneAtATime) {
   Rig rig;
   rig.make_ready();
