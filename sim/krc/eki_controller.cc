@@ -124,7 +124,8 @@ EkiController::EkiController(EkiControllerConfig c)
       robot_(program_, this),
       submit_(program_),
       random_(config_.seed) {
-  if (channel_.config().udp || channel_.config().receive.empty() || channel_.config().send.empty()) {
+  if (channel_.config().udp || channel_.config().receive.empty() ||
+      channel_.config().send.empty()) {
     throw std::invalid_argument(
         "EKI channel file: cellcal's programs need TCP, and elements to receive and to send");
   }
@@ -136,7 +137,8 @@ EkiController::EkiController(EkiControllerConfig c)
     throw std::invalid_argument(
         "emulated EKI controller: a linear unit carries an arm of six axes");
   wire_ = {axes_, config_.linear_unit};
-  if (config_.cycle_ms <= 0 || config_.interrupt_ms % config_.cycle_ms != 0 || !(config_.lag_s > 0.0)) {
+  if (config_.cycle_ms <= 0 || config_.interrupt_ms % config_.cycle_ms != 0 ||
+      !(config_.lag_s > 0.0)) {
     throw std::invalid_argument(
         "emulated EKI controller: interrupt_ms must be a multiple of cycle_ms, lag_s positive");
   }
@@ -171,7 +173,10 @@ void EkiController::tick(TimePoint at) {
     }
     robot_.run(seconds);
     if (robot_.state() == krl::Interpreter::State::kEnded) state_ = ProgramState::kEnd;
-    if (robot_.state() == krl::Interpreter::State::kFailed) stop_message_ = true, stop_program();
+    if (robot_.state() == krl::Interpreter::State::kFailed) {
+      stop_message_ = true;
+      stop_program();
+    }
     if (robot_.state() == krl::Interpreter::State::kHalted) stop_program();
   }
   arm_.tick(now_, 1e-3 * config_.cycle_ms);

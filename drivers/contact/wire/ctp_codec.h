@@ -9,6 +9,7 @@
 #include <span>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 #include "drivers/contact/wire/ctp.h"
 #include "drivers/time.h"
@@ -50,8 +51,8 @@ struct Config {
   std::uint16_t contact_mv = 1000;  ///< at or below: certainly in contact
   bool operator==(const Config&) const = default;
   static constexpr auto kFields =
-      std::tuple{&Config::polarity, &Config::confirm_samples, &Config::sample_us,
-                 &Config::heartbeat_ms, &Config::open_mv, &Config::contact_mv};
+      std::tuple{&Config::polarity,     &Config::confirm_samples, &Config::sample_us,
+                 &Config::heartbeat_ms, &Config::open_mv,         &Config::contact_mv};
 };
 
 /// Configuration checksum in STATUS and IDENT.
@@ -122,8 +123,8 @@ struct Ident {
   std::uint32_t nonce = 0;
   std::uint16_t config_crc = CTP_CONFIG_NONE;
   static constexpr auto kFields =
-      std::tuple{&Ident::version, &Ident::firmware, &Ident::uid, &Ident::boot_id, &Ident::clock_hz,
-                 &Ident::reset_cause, &Ident::nonce, &Ident::config_crc};
+      std::tuple{&Ident::version,  &Ident::firmware,    &Ident::uid,   &Ident::boot_id,
+                 &Ident::clock_hz, &Ident::reset_cause, &Ident::nonce, &Ident::config_crc};
 };
 
 /// Chip settings of an ATmega328P.
@@ -146,8 +147,8 @@ struct Status {
   std::uint16_t sense_mv = 0;
   std::uint16_t config_crc = CTP_CONFIG_NONE;
   static constexpr auto kFields =
-      std::tuple{&Status::t, &Status::flags, &Status::last_event, &Status::errors,
-                 &Status::sense_mv, &Status::config_crc};
+      std::tuple{&Status::t,      &Status::flags,    &Status::last_event,
+                 &Status::errors, &Status::sense_mv, &Status::config_crc};
 };
 
 struct Trip {
@@ -167,8 +168,8 @@ struct Event {
   std::uint8_t bounces = 0, level = 0;
   std::uint16_t sense_mv = 0;
   static constexpr auto kFields =
-      std::tuple{&Event::event, &Event::arm_id, &Event::t_first, &Event::dt_confirm_us,
-                 &Event::bounces, &Event::level, &Event::sense_mv};
+      std::tuple{&Event::event,   &Event::arm_id, &Event::t_first, &Event::dt_confirm_us,
+                 &Event::bounces, &Event::level,  &Event::sense_mv};
 };
 
 struct Pong {
@@ -190,6 +191,12 @@ std::size_t cobs_encode(std::span<const std::uint8_t> in, std::uint8_t* out);
 /// Decodes in place or elsewhere (out may be in.data()); nullopt: not COBS.
 std::optional<std::size_t> cobs_decode(std::span<const std::uint8_t> in, std::uint8_t* out);
 
+/// Bytes that the fields of a payload take.
+template <class Payload>
+constexpr std::size_t kFieldBytes = std::apply(
+    [](auto... field) { return (std::size_t{0} + ... + sizeof(std::declval<Payload&>().*field)); },
+    Payload::kFields);
+
 /// Little-endian.
 template <class Payload>
 void to_bytes(const Payload& payload, std::uint8_t* at) {
@@ -200,6 +207,7 @@ void to_bytes(const Payload& payload, std::uint8_t* at) {
       for (std::size_t i = 0; i < sizeof value; ++i)
         *at++ = static_cast<std::uint8_t>(value >> (8 * i));
   };
+  static_assert(kFieldBytes<Payload> <= Payload::kSize);
   std::fill_n(at, Payload::kSize, std::uint8_t{0});
   std::apply([&](auto... field) { (put(payload.*field), ...); }, Payload::kFields);
 }
