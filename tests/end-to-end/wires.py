@@ -57,7 +57,8 @@ def wait_for(condition, what, seconds=60.0):
 
 class Stalls:
     """Measures whether this machine delayed a thread or a terminal's bytes for longer than the sensor's heartbeat may
-    be late. A failure of a real-time test is inconclusive then."""
+    be late. A failure of a real-time test is inconclusive then, as is one that names the busy computer: a sample
+    every 5 ms misses delays."""
 
     LONGEST_S = 0.020
 
@@ -92,12 +93,14 @@ class Wires(unittest.TestCase):
     TRIES = 4
 
     def run(self, result=None):
-        """Repeats a failed test only if the machine stalled during it."""
+        """Repeats a failed test only if the machine stalled during it. A program that always calls the computer busy
+        fails every time."""
         for left in reversed(range(self.TRIES)):
             trial = unittest.TestResult()
             with Stalls() as stalls:
                 super().run(trial)
-            if trial.wasSuccessful() or stalls.worst_s < Stalls.LONGEST_S or left == 0:
+            busy = any("this computer was busy" in text for _, text in trial.failures + trial.errors)
+            if trial.wasSuccessful() or not (busy or stalls.worst_s >= Stalls.LONGEST_S) or left == 0:
                 break
             print(f"{self.id()}: failed while the machine stalled for {stalls.worst_s * 1e3:.0f} ms; "
                   "once more", file=sys.stderr)
