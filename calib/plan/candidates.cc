@@ -73,7 +73,7 @@ std::optional<Candidate> try_touch(const Trying& with, const Spot& spot,
   };
   for (std::size_t i = first_wrist_joint(arm.robot()); i < contact.size(); ++i)
     if (std::abs(contact[i]) > kWristRad) return std::nullopt;
-  const auto [before_m, behind_m, clear_m] = search_reach(unit, target, contact, options);
+  const auto [before_m, behind_m, clear_m, within_m] = search_reach(unit, target, contact, options);
   const auto standoff = inverse(arm, pose_at(before_m), contact, options.limit_margin_rad);
   const auto end = inverse(arm, pose_at(-behind_m), contact, options.limit_margin_rad);
   const auto away = inverse(arm, pose_at(clear_m), contact, options.limit_margin_rad);
@@ -90,6 +90,9 @@ std::optional<Candidate> try_touch(const Trying& with, const Spot& spot,
   c.standoff = *standoff;
   c.end = *end;
   c.clear = *away;
+  c.within = behind_m > within_m
+                 ? interpolated(*away, *end, (clear_m + within_m) / (clear_m + behind_m))
+                 : *end;
   c.orientation = orientation;
   return c;
 }
@@ -268,7 +271,7 @@ constexpr int kTriedAlone = 40;
 std::optional<Hit> first_collision(const Clearance& clearance, const Candidate& c) {
   for (const JointVector* q : {&c.standoff, &c.clear})
     if (auto hit = clearance.hit(*q, kTipMarginM)) return hit;
-  return clearance.hit_search(c.clear, c.end, c.target, kTipMarginM);
+  return clearance.hit_search(c.clear, c.within, c.target, kTipMarginM);
 }
 
 }  // namespace
@@ -308,7 +311,8 @@ std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
 }
 
 bool clear_line(const Clearance& clearance, const Candidate& c) {
-  return clearance.clear_search(c.clear, c.end, c.target, kTipMarginM);
+  return clearance.clear_search(c.clear, c.within, c.target, kTipMarginM) &&
+         (c.within == c.end || clearance.clear_past(c.within, c.end, c.target, kTipMarginM));
 }
 
 }  // namespace cellcal::calib

@@ -17,6 +17,7 @@ struct Candidate {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   JointVector contact;  ///< nominal
   JointVector standoff, end, clear;
+  JointVector within;  ///< on the search line, SearchReach::within_m behind the surface
   Eigen::Matrix3d orientation = Eigen::Matrix3d::Identity();  ///< of the TCP
   std::vector<double> positioner_rad;  ///< where its axes stand; empty without one
   std::vector<JointVector> from_rest;  ///< clear path from the resting posture to the stand-off

@@ -39,7 +39,8 @@ constexpr double kFar = std::numeric_limits<double>::max();
 
 struct Mode {
   double tip_margin_m = 0.0;
-  int touched = -1;  ///< target that a search may touch
+  int touched = -1;   ///< target that a search may touch
+  bool past = false;  ///< contact with it: it is ignored
 };
 
 struct Pair {
@@ -73,7 +74,7 @@ struct Clearance::Impl {
     find_pairs(cell.robot);
     for (std::size_t i = 0; i < things.size(); ++i) {
       places.push_back(place_of(i));
-      is_off = is_off || unit.any() || things.off_m(i) > 0.0;
+      is_off = is_off || unit.any() || unit.arm_m() > 0.0 || things.off_m(i) > 0.0;
     }
   }
 
@@ -83,12 +84,14 @@ struct Clearance::Impl {
     return unit.any() && middle_m ? std::optional(unit.place(*middle_m)) : std::nullopt;
   }
 
-  /// How far off arm and object may be from each other by the priors of linear unit and positioner;
-  /// empty without.
+  /// How far off arm and object may be from each other by the priors of linear unit and positioner, and by a
+  /// large arm's tolerances; empty without.
   void set_off_m(std::span<const double> q, std::vector<double>& off_m) const {
     off_m.clear();
     for (std::size_t i = 0; is_off && i < places.size(); ++i)
-      off_m.push_back(std::hypot(places[i] ? unit.off_m(*places[i], q[0]) : 0.0, things.off_m(i)));
+      off_m.push_back(
+          std::hypot(std::hypot(places[i] ? unit.off_m(*places[i], q[0]) : 0.0, things.off_m(i)),
+                     unit.arm_m()));
   }
 
   /// Margin between body and object; empty if contact is allowed. Convex along a move, so that the
@@ -97,9 +100,9 @@ struct Clearance::Impl {
                                  const std::vector<double>& off_m) const {
     if (mode.touched < 0 || things.target(thing) != mode.touched) {
       const double usual_m = body.is_tip ? mode.tip_margin_m : kBodyMarginM;
-      return off_m.empty() ? usual_m : std::hypot(usual_m, off_m[thing]);  // (64a), (64b)
+      return off_m.empty() ? usual_m : std::hypot(usual_m, off_m[thing]);  // (64a), (64b), (64c)
     }
-    if (body.is_tip) return std::nullopt;
+    if (body.is_tip || mode.past) return std::nullopt;
     return kSearchMarginM;
   }
 
@@ -480,6 +483,12 @@ bool Clearance::clear(const JointVector& from, const JointVector& to, double tip
 bool Clearance::clear_search(const JointVector& from, const JointVector& to, std::size_t target,
                              double tip_margin_m) const {
   return impl_ == nullptr || impl_->is_clear(from, to, {tip_margin_m, static_cast<int>(target)});
+}
+
+bool Clearance::clear_past(const JointVector& from, const JointVector& to, std::size_t target,
+                           double tip_margin_m) const {
+  return impl_ == nullptr ||
+         impl_->is_clear(from, to, {tip_margin_m, static_cast<int>(target), true});
 }
 
 Corner Clearance::corner(const JointVector& from, const JointVector& at, const JointVector& to,

@@ -81,6 +81,10 @@ class Clearance {
   bool clear_search(const JointVector& from, const JointVector& to, std::size_t target,
                     double tip_margin_m) const;
 
+  /// The end of a search that the tip reaches only with the target as much farther off: the target is ignored.
+  bool clear_past(const JointVector& from, const JointVector& to, std::size_t target,
+                  double tip_margin_m) const;
+
   /// Corner at a way-point between two clear moves. Empty if the cell restricts moves, since the
   /// restriction applies to straight ones.
   Corner corner(const JointVector& from, const JointVector& at, const JointVector& to,

@@ -19,6 +19,7 @@
 #include "calib/plan/forecast.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/route.h"
+#include "calib/plan/track.h"
 #include "calib/plan/visit.h"
 
 namespace cellcal::calib {
@@ -75,7 +76,7 @@ struct Online::Impl {
 
   Impl(const Cell& stated, const PlanOptions& how, const Goal& wanted, JointVector from,
        const Pace& at, const std::vector<Touch>& made)
-      : cell(stated),
+      : cell(off_by_tolerances(stated)),
         options(how),
         goal(wanted),
         start(std::move(from)),

@@ -22,6 +22,7 @@
 #include "calib/plan/positioner_plan.h"
 #include "calib/plan/route.h"
 #include "calib/plan/touch_sequence.h"
+#include "calib/plan/track.h"
 #include "calib/plan/visit.h"
 
 namespace cellcal::calib {
@@ -88,8 +89,9 @@ Choice choose_fit_touches(const Cell& cell, const PlanOptions& options, int targ
 
 }  // namespace
 
-Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from) {
-  if (!cell.robot.positioner.empty()) return make_positioner_plan(cell, options, from);
+Plan make_plan(const Cell& stated, const PlanOptions& options, const JointVector& from) {
+  if (!stated.robot.positioner.empty()) return make_positioner_plan(stated, options, from);
+  const Cell cell = off_by_tolerances(stated);
   constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
   const auto targets = static_cast<int>(
       std::count_if(cell.targets.begin(), cell.targets.end(),

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/plan/pool.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -34,7 +36,9 @@ double track_position_m(const ArmModel& arm, const Eigen::Vector3d& place_m, dou
 }
 
 TrackOff::TrackOff(const Robot& robot)
-    : along_(Eigen::Vector3d::Zero()), foot_m_(robot.base_fixed.translation()) {
+    : along_(Eigen::Vector3d::Zero()),
+      foot_m_(robot.base_fixed.translation()),
+      arm_m_(robot.off_m) {
   if (robot.first_turning() == 0) return;
   const Joint& track = robot.joints[0];
   guide_ = track.guide;
@@ -62,13 +66,47 @@ double TrackOff::widened_m(double usual_m, const Eigen::Vector3d& place_m,
   return any() ? std::hypot(usual_m, off_m(place(place_m), q[0])) : usual_m;
 }
 
+namespace {
+
+/// In the worst direction, in the middle posture.
+double off_by_arm_m(const Cell& cell) {
+  constexpr double kSigmas = 4.0, kMostM = 0.025;
+  const ArmModel arm(cell.robot, cell.tool);
+  const PreparedPose pose = arm.prepare(middle_posture(cell.robot));
+  const ArmErrors none = arm.errors(nullptr);
+  ArmChain chain;
+  arm.walk(pose, none, chain);
+  Eigen::VectorXd along(arm.size());
+  double most_m2 = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    arm.derivative_along(Eigen::Vector3d::Unit(axis), pose, none, chain, along.data());
+    double sum_m2 = 0.0;
+    for (int k = 0; k < arm.size(); ++k)
+      if (const ArmParameter& error = arm.parameters()[k]; error.kind <= ParameterKind::kBeta)
+        sum_m2 += std::pow(along[k] * error.sigma, 2);
+    most_m2 = std::max(most_m2, sum_m2);
+  }
+  return std::min(kSigmas * std::sqrt(2.0 * most_m2), kMostM);  // (64c)
+}
+
+}  // namespace
+
+Cell off_by_tolerances(Cell cell) {
+  constexpr double kUsuallyOffM = 0.015;  // of arms up to some 2.2 m of reach
+  if (const double off_m = off_by_arm_m(cell); off_m > kUsuallyOffM) cell.robot.off_m = off_m;
+  return cell;
+}
+
 SearchReach search_reach(const TrackOff& unit, const Target& target, const JointVector& contact,
                          const PlanOptions& options) {
   const auto widened_m = [&](double usual_m) {
     return std::hypot(unit.widened_m(usual_m, target.centre_m, contact), target.off_m);
   };
-  const double before_m = widened_m(options.standoff_m);
-  return {before_m, widened_m(options.beyond_m), options.clear_m + (before_m - options.standoff_m)};
+  const auto by_arm_m = [&](double usual_m) { return std::hypot(usual_m, unit.arm_m()); };
+  const double before_m = by_arm_m(widened_m(options.standoff_m)),
+               within_m = widened_m(options.beyond_m);
+  return {before_m, by_arm_m(within_m), options.clear_m + (before_m - options.standoff_m),
+          within_m};
 }
 
 }  // namespace cellcal::calib

@@ -12,6 +12,7 @@
 #include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/pool.h"
+#include "calib/plan/track.h"
 #include "tests/calib/plan/ways.h"
 #include "tests/calib/simulate.h"
 
@@ -125,6 +126,56 @@ TEST(Plan, LeavesTheSurfaceStraightAway) {
       last = gap;
     });
   }
+}
+
+/// How far an arm with errors drawn within their tolerances is off along the touches' normals, at most, with the
+/// spheres where it met them in the middle posture.
+double most_off_m(const Plan& made, const ArmModel& arm, const Robot& robot, Random& random) {
+  std::vector<double> x;
+  for (const ArmParameter& error : arm.parameters())
+    x.push_back(error.kind <= ParameterKind::kBeta ? error.sigma * random.normal() : 0.0);
+  const auto off = [&](const JointVector& q) -> Eigen::Vector3d {
+    const PreparedPose pose = arm.prepare(q);
+    return arm.position(pose, x.data()) - arm.position(pose, nullptr);
+  };
+  const Eigen::Vector3d taught = off(middle_posture(robot));
+  double most_m = 0.0;
+  for (const PlannedTouch& touch : made.touches)
+    most_m = std::max(most_m, std::abs(touch.normal.dot(off(touch.standoff) - taught)));
+  return most_m;
+}
+
+TEST(Plan, SearchesAndMarginsOfALargeArmAllowForHowFarOffItsTolerancesPutIt) {
+  Cell large = demo_cell();
+  for (Joint& joint : large.robot.joints) joint.tolerance_length_m *= 1.7;
+  const Cell off = off_by_tolerances(large);
+  const double off_m = off.robot.off_m;
+  EXPECT_GT(off_m, 0.015);
+  EXPECT_EQ(off_by_tolerances(demo_cell()).robot.off_m, 0.0);
+  const PlanOptions options = small();
+  const Plan made = make_plan(large, options);
+  for (const PlannedTouch& touch : made.touches) {
+    EXPECT_NEAR(touch.expected_m, std::hypot(options.standoff_m, off_m), 1e-12);
+    EXPECT_NEAR(touch.search_m, 2.0 * touch.expected_m, 1e-12);
+  }
+  const ArmModel arm(large);
+  const Clearance clearance(off, arm);
+  const double margin_m = std::hypot(kTipMarginM, off_m);
+  for (const PlannedTouch& touch : made.touches)
+    for (const JointVector& q : touch.transit)
+      EXPECT_GT(gap_m(large, arm, q), kMarginKept * margin_m);
+  EXPECT_FALSE(clearance.clear(made.touches.front().standoff, margin_m));
+  Random random(3);
+  int beyond_usual = 0;
+  for (int n = 0; n < 200; ++n) {
+    const double most_m = most_off_m(made, arm, large.robot, random);
+    EXPECT_LT(most_m, made.touches.front().expected_m);
+    beyond_usual += most_m > options.standoff_m;
+  }
+  EXPECT_GT(beyond_usual, 4);
+
+  for (Joint& joint : large.robot.joints) joint.tolerance_length_m = 1.0;
+  EXPECT_EQ(off_by_tolerances(large).robot.off_m, 0.025);
 }
 
 TEST(Plan, TouchesFromManySidesButNotThroughTheStand) {
