@@ -280,15 +280,13 @@ std::string direction_words(const Eigen::Vector3d& normal) {
   return fmt::format("({:.2f}, {:.2f}, {:.2f})", normal.x(), normal.y(), normal.z());
 }
 
-std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
-                                     const Clearance& clearance, const PlanOptions& options,
-                                     std::size_t target) {
+std::optional<Hindrance> hindrance(const Cell& cell, const ArmModel& arm,
+                                   const Clearance& clearance, const PlanOptions& options,
+                                   std::size_t target) {
   Cell alone = cell;  // keeps the indices; no touches of other targets are generated
   for (std::size_t t = 0; t < alone.targets.size(); ++t)
     if (t != target) alone.targets[t].kind = TargetKind::kPoint;
-  struct Reason {
-    Hit hit;
-    Eigen::Vector3d from;
+  struct Reason : Hindrance {
     int count = 1;
   };
   std::vector<Reason> reasons;  // hits of the same objects are merged
@@ -299,7 +297,7 @@ std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
     const auto like = std::find_if(reasons.begin(), reasons.end(),
                                    [&](const Reason& one) { return one.hit.is_like(*hit); });
     if (like == reasons.end())
-      reasons.push_back({*hit, c.normal});
+      reasons.push_back({{*hit, c.normal}});
     else
       ++like->count;
   }
@@ -307,7 +305,7 @@ std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
       std::max_element(reasons.begin(), reasons.end(),
                        [](const Reason& a, const Reason& b) { return a.count < b.count; });
   if (most == reasons.end()) return std::nullopt;
-  return "from direction " + direction_words(most->from) + " " + words(most->hit);
+  return *most;
 }
 
 bool clear_line(const Clearance& clearance, const Candidate& c) {

@@ -68,12 +68,15 @@ inline constexpr double kTipMarginM = 0.011;
 /// "(0.10, 0.20, 0.97)"
 std::string direction_words(const Eigen::Vector3d& normal);
 
+struct Hindrance {
+  Hit hit;
+  Eigen::Vector3d from;  ///< direction of a touch that it blocks
+};
 /// Generates touches of the sphere within the joint limits as if there were no obstacles, and
-/// returns what blocks most of them: "from direction (..) the forearm (A4) comes within 12 mm of
-/// obstacle table". Empty if the limits allow none.
-std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
-                                     const Clearance& clearance, const PlanOptions& options,
-                                     std::size_t target);
+/// returns what blocks most of them. Empty if the limits allow none.
+std::optional<Hindrance> hindrance(const Cell& cell, const ArmModel& arm,
+                                   const Clearance& clearance, const PlanOptions& options,
+                                   std::size_t target);
 
 /// True if the whole line of a touch is clear, from the clear point to the end of the search.
 bool clear_line(const Clearance& clearance, const Candidate& candidate);

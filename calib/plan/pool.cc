@@ -184,16 +184,19 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
     const bool any = std::any_of(candidates_.begin(), candidates_.end(),
                                  [&](const Candidate& c) { return c.target == t; });
     if (!is_planned(cell.targets[t], kinds) || any) continue;
-    const std::optional<std::string> what = hindrance(cell, arm_, clearance_, options, t);
+    const auto what = hindrance(cell, arm_, clearance_, options, t);
     if (!what)
       throw PlanError(
           PlanError::Kind::kOutOfReach, cell.targets[t].id,
           fmt::format("{} cannot be reached from any direction inside the joint limits. Check its "
                       "centre_mm, or move it",
                       words_of(cell.targets[t])));
-    throw PlanError(PlanError::Kind::kInTheWay, cell.targets[t].id,
-                    fmt::format("{} cannot be touched: {}. Move it or the obstacle",
-                                words_of(cell.targets[t]), *what));
+    const bool by_itself = what->hit.other == words_of(cell.targets[t]);
+    throw PlanError(
+        PlanError::Kind::kInTheWay, cell.targets[t].id,
+        fmt::format("{} cannot be touched: from direction {} {}. {}", words_of(cell.targets[t]),
+                    direction_words(what->from), words(what->hit),
+                    by_itself ? "Mount a longer or slimmer tool" : "Move it or the obstacle"));
   }
   if (const auto what = clearance_.hit(middle_, kTipMarginM))
     throw PlanError(PlanError::Kind::kInTheWay,

@@ -95,11 +95,12 @@ std::vector<double> taught_rad(const calib::Robot& robot, int carried_by) {
   return angles;
 }
 
+using Eigen::AngleAxisd, Eigen::Quaterniond, Eigen::Vector3d;
+constexpr int kViews = 6;  // about a direction in which a place is taught
+
 /// Orientations of the TCP in which a place is taught: its z axis down, turned about it; or the tool itself down, whose
 /// direction some TCPs state as x.
 std::vector<Eigen::Matrix3d> taught_orientations(const calib::Cell& cell, bool by_tool) {
-  using Eigen::AngleAxisd, Eigen::Quaterniond, Eigen::Vector3d;
-  constexpr int kViews = 6;
   const Quaterniond up = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), calib::up_of(cell.robot));
   const Vector3d shaft = cell.tool.tcp.linear().transpose() * calib::shaft_of(cell.tool);
   std::vector<Eigen::Matrix3d> all;
@@ -111,6 +112,19 @@ std::vector<Eigen::Matrix3d> taught_orientations(const calib::Cell& cell, bool b
     all.emplace_back(up.toRotationMatrix() * down);
     if (by_tool)
       all.back() *= Quaterniond::FromTwoVectors(shaft, Vector3d::UnitZ()).toRotationMatrix();
+  }
+  return all;
+}
+
+/// With the tool in 26 directions: under a ceiling, at a wall, or with an arm that does not reach it from above.
+std::vector<Eigen::Matrix3d> taught_anyhow(const calib::Cell& cell) {
+  const Vector3d shaft = cell.tool.tcp.linear().transpose() * calib::shaft_of(cell.tool);
+  std::vector<Eigen::Matrix3d> all;
+  for (int k = 0; k < 27; ++k) {
+    const Vector3d towards(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+    for (int view = 0; view < kViews && !towards.isZero(); ++view)
+      all.emplace_back(AngleAxisd(view * 2.0 * std::numbers::pi / kViews, towards.normalized()) *
+                       Quaterniond::FromTwoVectors(shaft, towards));
   }
   return all;
 }
@@ -137,9 +151,10 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell, int 
     const calib::JointVector seed = facing(cell.robot, home, centre);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int reached = 0;
-    for (const bool by_tool : {false, true}) {
+    for (const auto& orientations :
+         {taught_orientations(cell, false), taught_orientations(cell, true), taught_anyhow(cell)}) {
       if (reached > 0) break;
-      for (const Eigen::Matrix3d& orientation : taught_orientations(cell, by_tool)) {
+      for (const Eigen::Matrix3d& orientation : orientations) {
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
         pose.translation() = centre;
         pose.linear() = orientation;
@@ -152,7 +167,7 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell, int 
     }
     if (reached == 0)
       throw std::runtime_error("the emulated arm does not reach target " + targets[t]->id +
-                               " with its tool pointing down; move it");
+                               "; move it");
     places.col(static_cast<Eigen::Index>(t)) = sum / reached;
   }
   return places;

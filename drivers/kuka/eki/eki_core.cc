@@ -552,7 +552,6 @@ constexpr std::chrono::milliseconds kHelloPeriod{500};
 
 void EkiSender::begin(std::uint32_t session, TimePoint now) {
   outbox_.begin(session);
-  last_progress_ = now;
   last_hello_ = now - kHelloPeriod;
   repeat_hello(now);
 }

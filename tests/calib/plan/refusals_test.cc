@@ -130,7 +130,17 @@ TEST(PlanRefusal, NamesSphereDirectionAndTheObstacleThatIsInTheWay) {
   const PlanError error = refusal(cell);
   EXPECT_EQ(error.kind, PlanError::Kind::kInTheWay);
   EXPECT_EQ(error.target, "S3");
-  for (const char* words : {"sphere S3", "from direction (", "obstacle hood"})
+  for (const char* words :
+       {"sphere S3", "from direction (", "obstacle hood", "Move it or the obstacle"})
+    expect_named(error, words);
+}
+
+TEST(PlanRefusal, OfAToolTooStoutForItsOwnSphereAsksForAnotherTool) {
+  Cell cell = demo_cell();
+  cell.tool.slim_length_m = 0.01;
+  const PlanError error = refusal(cell);
+  EXPECT_EQ(error.kind, PlanError::Kind::kInTheWay);
+  for (const char* words : {"the tool's shaft", "sphere S1", "Mount a longer or slimmer tool"})
     expect_named(error, words);
 }
 

@@ -470,6 +470,18 @@ TEST_F(CoreArming, AContactIsHeldAgainstTheHeartbeatsBehindItsStamp) {
   }
 }
 
+TEST_F(CoreArming, AContactIsHeldAgainstAHeartbeatThatWasArmedBehindItsStamp) {
+  ASSERT_TRUE(s.arm(5, 5s));
+  s.run(300ms);
+  s.set(CTP_FLAG_CONTACT, true);  // not open behind the stamp, but not tripped either
+  s.run(60ms);
+  s.events.clear();
+  s.say(event(1, 5, s.now - 30ms), CTP_CONTACT);
+  s.run(1ms);
+  ASSERT_EQ(s.events.size(), 1u);
+  EXPECT_NEAR(s.events[0].denied_s, 0.030, 0.011);
+}
+
 TEST_F(CoreArming, WhyASelfTestFailsIsToldApart) {
   s.tests = false;  // it does not even start: the preceding flag remains
   s.core.self_test(s.now);

@@ -103,6 +103,17 @@ TEST(Truth, OfAToolAlongXOfItsTcpIsTaughtWithTheToolPointingDown) {
   expect_taught(cell);
 }
 
+TEST(Truth, UnderACeilingOrAtAWallIsTaughtInTheDirectionsThatReach) {
+  for (const Eigen::Vector3d& gravity :
+       {Eigen::Vector3d(0, 0, 9.81), Eigen::Vector3d(-9.81, 0, 0), Eigen::Vector3d(0, 9.81, 0)}) {
+    SCOPED_TRACE(gravity.transpose());
+    calib::Cell cell = demo_cell();
+    cell.robot.gravity_m_s2 = gravity;
+    for (calib::Target& target : cell.targets) target.centre_m.x() += 0.15;
+    expect_taught(cell);
+  }
+}
+
 TEST(Truth, NeedsNoPlaceOfAPlane) {
   calib::Cell cell = demo_cell();
   cell.targets.emplace_back();

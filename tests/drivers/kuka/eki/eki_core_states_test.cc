@@ -475,6 +475,27 @@ TEST_F(EkiStates, TelegramsThatAreNotReadAreNamed) {
   EXPECT_EQ(facts().trouble, EkiTrouble::kNone);
 }
 
+TEST(EkiSender, ATelegramReadStartsTheWaitForTheNext) {
+  EkiConfig config;
+  config.limits.assign(2, {-9, 9, 1, 0, 0});
+  const auto silence =
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(config.silence_s));
+  const TimePoint begun{1000s};
+  EkiSender sender(config);
+  sender.begin(7, begun);
+  ASSERT_TRUE(sender.send({}, begun));
+  EXPECT_FALSE(sender.unread(begun + silence));
+  EXPECT_TRUE(sender.unread(begun + silence + 1ms));
+  ASSERT_TRUE(sender.confirm(1, begun + silence / 2));
+  EXPECT_FALSE(sender.unread(begun + silence + 1ms));
+  ASSERT_TRUE(sender.confirm(1, begun + silence));  // again: nothing was read
+  EXPECT_TRUE(sender.unread(begun + 3 * silence / 2 + 1ms));
+  ASSERT_TRUE(sender.confirm(2, begun + 2 * silence));
+  EXPECT_FALSE(sender.unread(begun + 9 * silence));
+  ASSERT_TRUE(sender.send({}, begun + 9 * silence));
+  EXPECT_FALSE(sender.unread(begun + 10 * silence));
+}
+
 TEST_F(EkiStates, TheHelloIsGivenUpBehindFiveSeconds) {
   obeyed = 0;
   connect();

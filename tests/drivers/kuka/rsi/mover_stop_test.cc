@@ -237,6 +237,19 @@ TEST(MoverStop, AnArmThatIsLedAstrayInSpaceIsBrakedAtOnceAndOnTheAxesAtItsLimits
   }
 }
 
+TEST(MoverStop, AnArmThatLeavesItsPathWhileItIsStoppedEndsByTheFirstCause) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 90.0));
+  rig.run(150);
+  rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
+  rig.run(2);
+  rig.arm = [](AxisAngles actual) {
+    actual[0] += 0.06 * kRadPerDeg;
+    return actual;
+  };
+  expect_end(rig.end().result, MoveOutcome::kStopped, cause::StopAsked{});
+}
+
 TEST(MoverStop, RepliesThatAreNotHeardHoldWhatWasCommandedAndAfterThreeTheArmStands) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 90.0));
@@ -330,6 +343,14 @@ TEST(MoverStop, ContactOutsideOfASearchAndASensorThatDies) {
   rig.run(1);
   rig.guard.set_alive(true);
   expect_end(rig.end().result, MoveOutcome::kContactSilent, cause::SensorDead{});
+}
+
+TEST(MoverStop, ATripOfAnotherArmingEndsATransitAsATouch) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
+  rig.run(60);
+  rig.guard.trip(99, rig.now);
+  expect_end(rig.end().result, MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
 }
 
 TEST(MoverStop, ARefusalNamesWhatTheSensorLacks) {

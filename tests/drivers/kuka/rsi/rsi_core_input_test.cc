@@ -131,6 +131,17 @@ TEST_F(InputOfTheController, ThatGoesOffAloneIsACutWireAndNoTouch) {
   EXPECT_TRUE(is<cause::InputAtStart>(next.cause)) << words(next);
 }
 
+TEST_F(InputOfTheController, WithATripThatIsNeverConfirmedIsNotAlone) {
+  prove();
+  begin_search();
+  rig.krc.input(rig.now, false);
+  rig.run(8ms);
+  rig.guard.trip(kArm, rig.now - 8ms);
+  const CoreResult result = rig.finish(1s);
+  EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
+  EXPECT_TRUE(is<cause::TripUnconfirmed>(result.cause)) << words(result);
+}
+
 TEST_F(InputOfTheController, StopsWhereTheSensorHadDisarmedItselfForWantOfAKeepAlive) {
   prove();
   begin_search();

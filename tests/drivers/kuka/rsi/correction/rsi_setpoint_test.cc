@@ -121,6 +121,22 @@ TEST(Setpoint, TakesOverWhatTheDifferenceShowsOnceThePeerIsSeenToWait) {
 
 // ---- ASPos: a new session, or a simulator whose ASPos includes the correction ---------------------
 
+TEST(Setpoint, HoldsAndNamesWhatExceedsALimit) {
+  Stand s;
+  ASSERT_TRUE(s.find(packet({10, 20}, {10, 20})));
+  s.command({12, 20});
+  const std::span<const double> before = s.setpoint.again();
+  const std::vector<double> held(before.begin(), before.end());
+  const AxisAngles at = s.setpoint.commanded_rad();
+  s.setpoint.commanded_rad()[1] += 1 * kRadPerDeg;  // 250 deg/s, 100 allowed
+  const std::span<const double> reply = s.setpoint.next(kCycleS, false);
+  ASSERT_TRUE(s.setpoint.beyond());
+  EXPECT_EQ(std::vector<double>(reply.begin(), reply.end()), held);
+  for (std::size_t i = 0; i < at.size(); ++i)
+    EXPECT_NEAR(s.setpoint.commanded_rad()[i], at[i], 1e-5 * kRadPerDeg);
+  s.command({12, 20.1});
+}
+
 TEST(StartPose, ThatChangesAtRestIsANewSession) {
   Stand s;
   ASSERT_TRUE(s.find(packet({10, 20}, {10, 20})));
