@@ -40,6 +40,31 @@ void turn_unit(const Calibration& c, Robot& robot) {
   unit.guide->along = found;
 }
 
+constexpr ParameterKind kLinkErrors[] = {ParameterKind::kTheta, ParameterKind::kD,
+                                         ParameterKind::kA, ParameterKind::kAlpha,
+                                         ParameterKind::kBeta};
+
+/// Adds an error of geometry to its joint.
+void add(const ParameterKey& key, double value, Robot& robot) {
+  Joint& joint = robot.joints[static_cast<std::size_t>(key.joint)];
+  switch (key.kind) {
+    case ParameterKind::kTheta:
+      joint.offset_rad += value;
+      break;
+    case ParameterKind::kD:
+      joint.d_m += value;
+      break;
+    case ParameterKind::kA:
+      joint.a_m += value;
+      break;
+    case ParameterKind::kAlpha:
+      joint.alpha_rad += value;
+      break;
+    default:
+      joint.beta_rad += value;
+  }
+}
+
 }  // namespace
 
 RigidArm nominal_rigid_arm(const Cell& cell) { return {cell.robot, cell.tool.tcp}; }
@@ -47,17 +72,11 @@ RigidArm nominal_rigid_arm(const Cell& cell) { return {cell.robot, cell.tool.tcp
 RigidArm calibrated_rigid_arm(const Calibration& calibration) {
   RigidArm arm = nominal_rigid_arm(calibration.cell);
   if (arm.robot.first_turning() > 0) turn_unit(calibration, arm.robot);
-  for (std::size_t i = 0; i < arm.robot.joints.size(); ++i) {
-    Joint& joint = arm.robot.joints[i];
-    const auto off = [&](ParameterKind kind) {
-      return deviation(calibration, joint_parameter(kind, i));
-    };
-    joint.offset_rad += off(ParameterKind::kTheta);
-    joint.d_m += off(ParameterKind::kD);
-    joint.a_m += off(ParameterKind::kA);
-    joint.alpha_rad += off(ParameterKind::kAlpha);
-    joint.beta_rad += off(ParameterKind::kBeta);
-  }
+  for (std::size_t i = 0; i < arm.robot.joints.size(); ++i)
+    for (const ParameterKind kind : kLinkErrors) {
+      const ParameterKey key = joint_parameter(kind, i);
+      add(key, deviation(calibration, key), arm.robot);
+    }
   for (std::size_t j = 0; j < arm.robot.positioner.size(); ++j)
     arm.robot.positioner[j].frame = axis_as_found(calibration, j);
   for (int axis = 0; axis < 3; ++axis)
@@ -94,8 +113,48 @@ OmittedEffects over_workspace(const ArmModel& model, const Apart& apart_m) {
 
 }  // namespace
 
-OmittedEffects left_out(const Calibration& calibration) {
-  const RigidArm rigid = calibrated_rigid_arm(calibration);
+RigidArm nearest_rigid_arm(const Calibration& calibration) {
+  constexpr int kPasses = 3;
+  constexpr double kLeverM = 0.2;   // at which a turn of the TCP counts as a shift
+  constexpr double kSigmaM = 1e-4;  // against the tolerances, for what the poses do not tell apart
+  RigidArm arm = calibrated_rigid_arm(calibration);
+  const Predictor whole(calibration);
+  for (int pass = 0; pass < kPasses; ++pass) {
+    Tool tool;
+    tool.tcp = arm.tcp;
+    const ArmModel model(arm.robot, tool);
+    const std::vector<ArmParameter>& all = model.parameters();
+    // The errors of geometry are the first.
+    const auto count = std::ranges::count_if(
+        all, [](const ArmParameter& one) { return one.kind <= ParameterKind::kBeta; });
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(count, count);
+    Eigen::VectorXd towards = Eigen::VectorXd::Zero(count);
+    for (Eigen::Index k = 0; k < count; ++k)
+      information(k, k) = kPoses * std::pow(kSigmaM / all[static_cast<std::size_t>(k)].sigma, 2);
+    const ArmErrors none = model.errors(nullptr);
+    Eigen::Matrix3Xd moves(3, model.size()), turns(3, model.size());
+    for (const JointVector& q : workspace_poses(model, kPoses, kSeed)) {
+      const PreparedPose pose = model.prepare(q);
+      ArmChain chain;
+      model.walk(pose, none, chain);
+      model.derivative(pose, none, chain, moves);
+      model.turn_derivative(pose, none, chain, turns);
+      const Eigen::Isometry3d wanted = whole.calibrated(q).tcp;
+      const Eigen::AngleAxisd turn(wanted.linear() * model.rotation(pose, none, chain).transpose());
+      const auto by_move = moves.leftCols(count), by_turn = turns.leftCols(count);
+      information +=
+          by_move.transpose() * by_move + kLeverM * kLeverM * by_turn.transpose() * by_turn;
+      towards += by_move.transpose() * (wanted.translation() - chain.tip) +
+                 kLeverM * kLeverM * turn.angle() * by_turn.transpose() * turn.axis();
+    }
+    const Eigen::VectorXd change = information.ldlt().solve(towards);
+    for (Eigen::Index k = 0; k < count; ++k)
+      add(all[static_cast<std::size_t>(k)], change[k], arm.robot);
+  }
+  return arm;
+}
+
+OmittedEffects left_out(const Calibration& calibration, const RigidArm& rigid) {
   Tool tool;
   tool.tcp = rigid.tcp;
   const ArmModel model(rigid.robot, tool);
@@ -184,11 +243,12 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
   const std::size_t joints = nominal.robot.joints.size();
   const bool slides = !given.joints.empty() && given.joints.front().slides;
   if (slides != (nominal.robot.first_turning() > 0))
-    throw FileError(slides ? fmt::format("joint \"{}\" slides, and the calibrated robot is on no linear unit",
-                                         given.joints.front().name)
-                           : fmt::format("no prismatic joint carries its arm, and {} carries the calibrated "
-                                         "robot. Add it before the arm, or leave --urdf out",
-                                         nominal.robot.joints.front().name));
+    throw FileError(
+        slides ? fmt::format("joint \"{}\" slides, and the calibrated robot is on no linear unit",
+                             given.joints.front().name)
+               : fmt::format("no prismatic joint carries its arm, and {} carries the calibrated "
+                             "robot. Add it before the arm, or leave --urdf out",
+                             nominal.robot.joints.front().name));
   if (given.joints.size() != joints)
     throw FileError(fmt::format("{} joints turn in its chain, {} in the calibrated robot",
                                 given.joints.size(), joints));

@@ -399,8 +399,8 @@ int export_robot(const ExportRobotCommand& command) {
     return kSuccess;
   }
   const calib::RigidArm nominal = calib::nominal_rigid_arm(calibration.cell);
-  const calib::RigidArm real = calib::calibrated_rigid_arm(calibration);
-  const calib::OmittedEffects out = calib::left_out(calibration);
+  const calib::RigidArm real = calib::nearest_rigid_arm(calibration);
+  const calib::OmittedEffects out = calib::left_out(calibration, real);
   const std::string words = comment(command, calibration, out);
   std::string text;
   const auto yaml = [&](const calib::JointFrames& frames) {

@@ -54,7 +54,10 @@ void add_predict(CLI::App& app, int& status) {
       "joints.csv -o tcp.csv",
       predict);
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
-  command->add_option("--joints", given->joints, "Joint angles (CSV, deg)")->required();
+  command
+      ->add_option("--joints", given->joints,
+                   "Joint angles in deg: a file (CSV), or one row by its values, A1,A2,...")
+      ->required();
   command->add_flag("--nominal", given->nominal, "Use the nominal robot with a stiff tool");
   command->add_option(
       "--on", given->on,
@@ -173,9 +176,10 @@ void add_kuka_files(CLI::App& app, int& status) {
   CLI::Option* output =
       command->add_option("-o,--output,--out", given->output, "Write the files to this folder");
   command
-      ->add_option("--verify", given->verify,
-                   "Write nothing; compare the installed or edited files in this folder or backup (folder, ZIP) "
-                   "with the configuration and list what is wrong")
+      ->add_option(
+          "--verify", given->verify,
+          "Write nothing; compare the installed or edited files in this folder or backup (folder, ZIP) "
+          "with the configuration and list what is wrong")
       ->excludes(output);
   command->add_option(
       "--cell", given->cell,
@@ -298,8 +302,9 @@ void add_doctor(CLI::App& app, int& status) {
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
   command->add_option("--cell", given->cell, "Cell file (TOML): robot, axis limits");
-  command->add_option("--files", given->files,
-                      "Check the controller's files in this folder or backup, as 'kuka-files --verify'");
+  command->add_option(
+      "--files", given->files,
+      "Check the controller's files in this folder or backup, as 'kuka-files --verify'");
   command->add_option("--wait", given->wait_s, "Seconds to wait for the controller's first packet")
       ->check(between(0.5, 600.0))
       ->capture_default_str();

@@ -114,9 +114,29 @@ calib::Calibration with_load(const calib::Calibration& calibration,
   return calib::with_load(calibration, given[0]);
 }
 
+/// One row by its values, "0,-90,90,0,30,0", in place of a file.
+bool are_values(const std::filesystem::path& joints) {
+  return !std::filesystem::exists(joints) && joints.string().find(',') != std::string::npos &&
+         joints.string().find_first_not_of("0123456789+-., ") == std::string::npos;
+}
+
+calib::JointRows rows_of(const std::filesystem::path& joints, const calib::Robot& robot) {
+  if (are_values(joints)) {
+    std::vector<std::string> names;
+    for (const calib::Joint& joint : robot.joints) names.push_back(joint.name);
+    const std::string values = joints.string();
+    if (std::ranges::count(values, ',') >= std::ssize(names))
+      for (const calib::PositionerAxis& axis : robot.positioner) names.push_back(axis.name);
+    return calib::parse_joints(fmt::format("{}\n{}\n", fmt::join(names, ","), values), "--joints",
+                               robot);
+  }
+  calib::JointRows rows = calib::load_joints(joints, robot);
+  report_reading(joints, robot);
+  return rows;
+}
+
 AskedRows asked_rows(const PredictCommand& command, const calib::Robot& robot) {
-  AskedRows asked{calib::load_joints(command.joints, robot), carriers_of(robot, command.on), {}};
-  report_reading(command.joints, robot);
+  AskedRows asked{rows_of(command.joints, robot), carriers_of(robot, command.on), {}};
   warn_of_radians(command.joints, robot, asked.rows.joint_rad);
   warn_beyond_limits(asked.rows);
   asked.carrier_rad =

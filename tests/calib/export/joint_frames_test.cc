@@ -13,10 +13,10 @@ namespace {
 
 TEST(RigidArmOfCalibration, OfACalibrationWithoutElasticErrorsIsTheWholeModel) {
   const Calibration c = rigid_calibration(1);
-  const OmittedEffects out = left_out(c);
-  EXPECT_LT(out.max_m, 1e-12);
-  const Predictor predictor(c);
   const RigidArm arm = calibrated_rigid_arm(c);
+  EXPECT_LT(left_out(c, arm).max_m, 1e-12);
+  EXPECT_LT(left_out(c, nearest_rigid_arm(c)).max_m, 1e-11);
+  const Predictor predictor(c);
   std::mt19937 random(2);
   for (int k = 0; k < 100; ++k) {
     const auto q = random_joints(arm.robot, random);
@@ -35,10 +35,37 @@ TEST(OmittedErrors, IsWhatTheToolsBendingMovesTheTipBy) {
   bending.correction = 0.003;
   c.parameters.push_back(bending);
   const double most_m = 0.003 * 2.0 * 0.4 * 0.4 * 0.4 / 3.0 * 9.81;  // tool across gravity
-  const OmittedEffects out = left_out(c);
+  const OmittedEffects out = left_out(c, calibrated_rigid_arm(c));
   EXPECT_LE(out.max_m, most_m * (1.0 + 1e-9));
   EXPECT_GT(out.max_m, 0.98 * most_m);
   EXPECT_GT(out.mean_m, 0.3 * most_m);
+}
+
+TEST(NearestRigidArm, TakesUpMostOfWhatJointsGiveAndTurnsTheTcpAsTheWholeModelDoes) {
+  Calibration c = rigid_calibration(7);
+  for (const std::size_t joint : {1u, 2u}) {
+    c.cell.robot.joints[joint].mass_kg = 60.0;
+    c.cell.robot.joints[joint].com_m.x() = -0.2;
+    ParameterResult give;
+    give.key = joint_parameter(ParameterKind::kCompliance, joint);
+    give.correction = 2e-6;
+    c.parameters.push_back(give);
+  }
+  const RigidArm geometry = calibrated_rigid_arm(c), nearest = nearest_rigid_arm(c);
+  const OmittedEffects without = left_out(c, geometry), out = left_out(c, nearest);
+  EXPECT_GT(without.mean_m, 5e-4);
+  EXPECT_LT(out.mean_m, 0.5 * without.mean_m);
+  EXPECT_LT(out.max_m, 1.2 * without.max_m);  // the mean counts
+  EXPECT_TRUE(nearest.tcp.isApprox(geometry.tcp, 0.0));
+  const Predictor whole(c);
+  std::mt19937 random(8);
+  double off_rad = 0.0, without_rad = 0.0;
+  for (int k = 0; k < 100; ++k) {
+    const auto q = random_joints(geometry.robot, random);
+    off_rad += apart_rad(pose_of(nearest, q).tcp, whole.calibrated(q).tcp);
+    without_rad += apart_rad(pose_of(geometry, q).tcp, whole.calibrated(q).tcp);
+  }
+  EXPECT_LT(off_rad, without_rad);
 }
 
 TEST(JointFrames, AgreeWithTheCalibratedArmAtAThousandPoses) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/plan/track.h"
+
 namespace cellcal::calib::testing {
 
 namespace {
@@ -155,7 +157,7 @@ std::vector<Collisions::Rod> Collisions::rods(const JointVector& q) const {
   return result;
 }
 
-Approach Collisions::at(const JointVector& q, int touched) const {
+Approach Collisions::at(const JointVector& q, int touched, bool past) const {
   Approach result;
   const std::vector<Rod> all = rods(q);
   for (const Rod& rod : all) {
@@ -167,7 +169,7 @@ Approach Collisions::at(const JointVector& q, int touched) const {
       const Vector3d p = length > 0.0 ? Vector3d(rod.a + (s / length) * (rod.b - rod.a)) : rod.a;
       step = std::numeric_limits<double>::max();
       for (const Shape& shape : shapes_) {
-        if (rod.tip && touched >= 0 && shape.target == touched) continue;
+        if ((rod.tip || past) && touched >= 0 && shape.target == touched) continue;
         const double gap = distance_m(shape, p) - rod.radius_m;
         step = std::min(step, gap);
         nearer(rod.tip ? result.tip : result.body, gap, rod.words, shape.words);
@@ -185,7 +187,7 @@ Approach Collisions::at(const JointVector& q, int touched) const {
 }
 
 Approach Collisions::along(const JointVector& from, const JointVector& to, int touched,
-                           double step_rad) const {
+                           double step_rad, bool past) const {
   double most = 0.0;
   for (std::size_t i = 0; i < from.size(); ++i) most = std::max(most, std::abs(to[i] - from[i]));
   const int steps = std::max(1, static_cast<int>(std::ceil(most / step_rad)));
@@ -194,7 +196,7 @@ Approach Collisions::along(const JointVector& from, const JointVector& to, int t
   for (int k = 0; k <= steps; ++k) {
     const double share = static_cast<double>(k) / steps;
     for (std::size_t i = 0; i < q.size(); ++i) q[i] = (1.0 - share) * from[i] + share * to[i];
-    result.take(at(q, touched));
+    result.take(at(q, touched, past));
   }
   return result;
 }
@@ -214,10 +216,10 @@ Approach Collisions::across(const JointVector& from, const JointVector& at, cons
 
 Approach Collisions::of(const Plan& plan) const {
   Approach result;
+  const bool large = off_by_tolerances(cell_).robot.off_m > 0.0;
   JointVector where = plan.start, before;
   for (const PlannedTouch& touch : plan.touches) {
-    if (!before.empty())
-      result.take(across(before, where, touch.transit.front(), touch.leaving));
+    if (!before.empty()) result.take(across(before, where, touch.transit.front(), touch.leaving));
     for (std::size_t k = 0; k < touch.transit.size(); ++k) {
       const JointVector& next = touch.transit[k];
       result.take(along(where, next));
@@ -227,8 +229,11 @@ Approach Collisions::of(const Plan& plan) const {
     }
     before = touch.end;
     const int target = static_cast<int>(cell_.target_index(touch.target));
-    result.take(along(touch.standoff, touch.end, target));
-    result.take(along(touch.end, touch.clear, target));
+    const double within_m = large ? touch.expected_m + PlanOptions().beyond_m : touch.search_m;
+    const JointVector within = interpolated(touch.standoff, touch.end, within_m / touch.search_m);
+    result.take(along(touch.standoff, within, target));
+    result.take(along(within, touch.end, target, 0.0035, true));
+    result.take(along(within, touch.clear, target));
     where = touch.clear;
   }
   for (const JointVector& next : plan.home) {

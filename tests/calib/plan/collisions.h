@@ -33,11 +33,12 @@ class Collisions {
  public:
   explicit Collisions(const Cell& cell);
 
-  /// `touched`: target that the tip may touch, with its stand; -1: none.
-  Approach at(const JointVector& q, int touched = -1) const;
+  /// `touched`: target that the tip may touch, with its stand; -1: none. `past`: the tip only gets
+  /// there with the target farther off, which is ignored.
+  Approach at(const JointVector& q, int touched = -1, bool past = false) const;
   /// Every 0.2 deg of the joint that turns most, or `step_rad`.
   Approach along(const JointVector& from, const JointVector& to, int touched = -1,
-                 double step_rad = 0.0035) const;
+                 double step_rad = 0.0035, bool past = false) const;
   /// Three lines across the triangle in which the arm may pass the way-point `at`.
   Approach across(const JointVector& from, const JointVector& at, const JointVector& to,
                   const Corner& corner) const;

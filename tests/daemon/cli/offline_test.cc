@@ -108,6 +108,16 @@ TEST(APlan, IsATouchFileThatIdentifyReadsAndPredictContinuesFrom) {
   EXPECT_NE(predicted.err.find("2 of 2 poses, the first in row 1, are outside the scope"),
             std::string::npos)
       << predicted.err;
+  const auto by_values = [&](const std::string& values) {
+    return run_program({CELLCAL, "predict", "--calibration", calibration, "--joints", values,
+                        "--withheld"});
+  };
+  EXPECT_TRUE(predicted.out.starts_with(by_values("0,-90,90,0,0,0").out));
+  EXPECT_EQ(by_values("-10, -80.5,80,20,30,+40").status, 0);
+  const Outcome five = by_values("0,-90,90,0,0");
+  EXPECT_EQ(five.status, 1);
+  EXPECT_NE(five.err.find("--joints:2: "), std::string::npos) << five.err;
+  EXPECT_NE(by_values("none.csv").err.find("no such file"), std::string::npos);
   std::ofstream(dir / "beyond.csv") << "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n200,-80,80,20,30,40\n";
   const Outcome beyond = run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
                                       dir / "beyond.csv", "--withheld"});
