@@ -84,6 +84,7 @@ struct Cell {
     if (!options.no_spheres)
       contacts.update(now, now + krc.cycle(),
                       [&](drivers::TimePoint t) { return krc.actual_rad_at(t); });
+    sensor->known_until(now + krc.cycle());
   }
   std::string contact_figures() const {
     return fmt::format("deepest {:.3f} mm, {} crashes of the shaft", contacts.deepest_m() * 1e3,

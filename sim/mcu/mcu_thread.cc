@@ -82,6 +82,16 @@ void McuThread::edge(TimePoint t, bool closed) {
   act([&](Microcontroller& mcu) { mcu.edge(t, closed); });
 }
 
+void McuThread::known_until(TimePoint t) {
+  bool held = false;
+  {
+    const std::lock_guard lock(mutex_);
+    known_until_ = t;
+    held = held_;
+  }
+  if (held) wake();
+}
+
 void McuThread::on_output(Microcontroller::OnOutput callback) {
   act([&](Microcontroller& mcu) { mcu.on_output(std::move(callback)); });
 }
@@ -113,11 +123,13 @@ void McuThread::run() {
     TimePoint next;
     {
       const std::lock_guard lock(mutex_);
-      mcu_.advance(Clock::now());
+      const TimePoint now = Clock::now();
+      held_ = known_until_ < now;
+      mcu_.advance(std::min(now, known_until_));
       while (const auto output = mcu_.next_output()) {
         if (!write_host(*output)) ++dropped_;
       }
-      next = mcu_.next_event();
+      next = held_ ? now + kLongestWait : mcu_.next_event();
     }
     wait(next);
   }

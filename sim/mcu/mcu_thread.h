@@ -37,6 +37,9 @@ class McuThread {
   const std::string& path() const { return path_; }
   /// Steady-clock time of the edge, possibly in the future.
   void edge(TimePoint t, bool closed);
+  /// All edges up to t were announced: the emulation waits there for the next call, and its data are late. A heartbeat
+  /// never denies an edge that a delayed arm announces afterwards. Not called: runs freely.
+  void known_until(TimePoint t);
   void set_faults(const McuFaults& faults);
   /// As Microcontroller::on_output, on the emulation's thread or that of edge().
   void on_output(Microcontroller::OnOutput callback);
@@ -76,6 +79,8 @@ class McuThread {
   Fd wake_;
   mutable std::mutex mutex_;
   Microcontroller mcu_;
+  TimePoint known_until_ = TimePoint::max();
+  bool held_ = false;  ///< waits for known_until()
   std::atomic<bool> stop_{false};
   std::atomic<std::uint64_t> dropped_{0};
   std::thread thread_;
