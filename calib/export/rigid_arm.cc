@@ -40,30 +40,9 @@ void turn_unit(const Calibration& c, Robot& robot) {
   unit.guide->along = found;
 }
 
-constexpr ParameterKind kLinkErrors[] = {ParameterKind::kTheta, ParameterKind::kD,
-                                         ParameterKind::kA, ParameterKind::kAlpha,
-                                         ParameterKind::kBeta};
-
-/// Adds an error of geometry to its joint.
-void add(const ParameterKey& key, double value, Robot& robot) {
-  Joint& joint = robot.joints[static_cast<std::size_t>(key.joint)];
-  switch (key.kind) {
-    case ParameterKind::kTheta:
-      joint.offset_rad += value;
-      break;
-    case ParameterKind::kD:
-      joint.d_m += value;
-      break;
-    case ParameterKind::kA:
-      joint.a_m += value;
-      break;
-    case ParameterKind::kAlpha:
-      joint.alpha_rad += value;
-      break;
-    default:
-      joint.beta_rad += value;
-  }
-}
+/// What the errors of geometry, kTheta to kBeta, change.
+constexpr double Joint::*kLinkErrors[] = {&Joint::offset_rad, &Joint::d_m, &Joint::a_m,
+                                          &Joint::alpha_rad, &Joint::beta_rad};
 
 }  // namespace
 
@@ -73,10 +52,9 @@ RigidArm calibrated_rigid_arm(const Calibration& calibration) {
   RigidArm arm = nominal_rigid_arm(calibration.cell);
   if (arm.robot.first_turning() > 0) turn_unit(calibration, arm.robot);
   for (std::size_t i = 0; i < arm.robot.joints.size(); ++i)
-    for (const ParameterKind kind : kLinkErrors) {
-      const ParameterKey key = joint_parameter(kind, i);
-      add(key, deviation(calibration, key), arm.robot);
-    }
+    for (std::size_t k = 0; k < std::size(kLinkErrors); ++k)
+      arm.robot.joints[i].*kLinkErrors[k] +=
+          deviation(calibration, joint_parameter(static_cast<ParameterKind>(k), i));
   for (std::size_t j = 0; j < arm.robot.positioner.size(); ++j)
     arm.robot.positioner[j].frame = axis_as_found(calibration, j);
   for (int axis = 0; axis < 3; ++axis)
@@ -148,8 +126,11 @@ RigidArm nearest_rigid_arm(const Calibration& calibration) {
                  kLeverM * kLeverM * turn.angle() * by_turn.transpose() * turn.axis();
     }
     const Eigen::VectorXd change = information.ldlt().solve(towards);
-    for (Eigen::Index k = 0; k < count; ++k)
-      add(all[static_cast<std::size_t>(k)], change[k], arm.robot);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const ParameterKey& key = all[static_cast<std::size_t>(k)];
+      arm.robot.joints[static_cast<std::size_t>(key.joint)].*
+          kLinkErrors[static_cast<std::size_t>(key.kind)] += change[k];
+    }
   }
   return arm;
 }

@@ -210,8 +210,8 @@ void add_export_robot(CLI::App& app, int& status) {
       "export-robot",
       "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON, KUKA machine data");
   command->footer(
-      "URDF, YAML and DH table hold rigid links; what compliance, gears and bending add is printed "
-      "in mm. A positioner\nis a second chain from the base, a linear unit a prismatic joint in the direction found; the DH table has the "
+      "URDF, YAML and DH table hold the nearest rigid links; what these leave out of compliance, gears and bending is "
+      "printed in mm. A positioner\nis a second chain from the base, a linear unit a prismatic joint in the direction found; the DH table has the "
       "arm alone.\n"
       "Exit status 3: the calibration was withheld; nothing is written without "
       "--withheld.\nExample: cellcal export-robot --calibration calibration.json --urdf "
