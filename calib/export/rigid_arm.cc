@@ -105,6 +105,7 @@ RigidArm nearest_rigid_arm(const Calibration& calibration) {
     // The errors of geometry are the first.
     const auto count = std::ranges::count_if(
         all, [](const ArmParameter& one) { return one.kind <= ParameterKind::kBeta; });
+    if (count == 0) break;  // all as exact as drawn
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(count, count);
     Eigen::VectorXd towards = Eigen::VectorXd::Zero(count);
     for (Eigen::Index k = 0; k < count; ++k)

@@ -80,8 +80,9 @@ std::optional<Candidate> try_touch(const Trying& with, const Spot& spot,
   if (!standoff || !end || !away) return std::nullopt;
   // The line must be one smooth motion: a change of configuration appears as a large joint step.
   constexpr double kLargestRad = 0.2;
+  const double longer = (clear_m + behind_m) / (clear_m + within_m);
   for (std::size_t i = 0; i < contact.size(); ++i)
-    if (std::abs((*end)[i] - (*away)[i]) > kLargestRad) return std::nullopt;
+    if (std::abs((*end)[i] - (*away)[i]) > kLargestRad * longer) return std::nullopt;
   if (!clearance.clear(*standoff, kTipMarginM) || !clearance.clear(*away, kTipMarginM))
     return std::nullopt;
   Candidate c;

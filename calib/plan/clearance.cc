@@ -74,7 +74,7 @@ struct Clearance::Impl {
     find_pairs(cell.robot);
     for (std::size_t i = 0; i < things.size(); ++i) {
       places.push_back(place_of(i));
-      is_off = is_off || unit.any() || unit.arm_m() > 0.0 || things.off_m(i) > 0.0;
+      is_off = is_off || unit.any() || things.off_m(i) > 0.0;
     }
   }
 
@@ -84,14 +84,12 @@ struct Clearance::Impl {
     return unit.any() && middle_m ? std::optional(unit.place(*middle_m)) : std::nullopt;
   }
 
-  /// How far off arm and object may be from each other by the priors of linear unit and positioner, and by a
-  /// large arm's tolerances; empty without.
+  /// How far off arm and object may be from each other by the priors of linear unit and positioner;
+  /// empty without.
   void set_off_m(std::span<const double> q, std::vector<double>& off_m) const {
     off_m.clear();
     for (std::size_t i = 0; is_off && i < places.size(); ++i)
-      off_m.push_back(
-          std::hypot(std::hypot(places[i] ? unit.off_m(*places[i], q[0]) : 0.0, things.off_m(i)),
-                     unit.arm_m()));
+      off_m.push_back(std::hypot(places[i] ? unit.off_m(*places[i], q[0]) : 0.0, things.off_m(i)));
   }
 
   /// Margin between body and object; empty if contact is allowed. Convex along a move, so that the
@@ -100,7 +98,7 @@ struct Clearance::Impl {
                                  const std::vector<double>& off_m) const {
     if (mode.touched < 0 || things.target(thing) != mode.touched) {
       const double usual_m = body.is_tip ? mode.tip_margin_m : kBodyMarginM;
-      return off_m.empty() ? usual_m : std::hypot(usual_m, off_m[thing]);  // (64a), (64b), (64c)
+      return off_m.empty() ? usual_m : std::hypot(usual_m, off_m[thing]);  // (64a), (64b)
     }
     if (body.is_tip || mode.past) return std::nullopt;
     return kSearchMarginM;

@@ -495,7 +495,13 @@ int history(const Connection& daemon) {
   return print_result(daemon.json, list, list.empty() ? said("say.cli.history.none") : words);
 }
 
-int show(const Connection& daemon, std::int64_t session, Shown shown) {
+int show(const Connection& daemon, std::optional<std::int64_t> asked, Shown shown) {
+  if (!asked) {
+    const json list = get(daemon, "/v1/sessions");
+    if (list.empty()) throw std::runtime_error(say("say.cli.history.none"));
+    asked = number(list.front(), "id");
+  }
+  const std::int64_t session = *asked;
   const json value = get(daemon, session_path(session));
   if (daemon.json || shown == Shown::kTimes)
     return print_result(daemon.json, value, times_of(value.value("times", json::object())));

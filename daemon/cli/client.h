@@ -30,7 +30,8 @@ int watch(const Connection& daemon);
 int abort(const Connection& daemon);
 int history(const Connection& daemon);
 enum class Shown { kEventsAndResult, kTimes };
-int show(const Connection& daemon, std::int64_t session, Shown shown);
+/// `session`: none: the newest.
+int show(const Connection& daemon, std::optional<std::int64_t> session, Shown shown);
 /// `session`: none: the newest finished one.
 int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
                  const std::filesystem::path& output);

@@ -192,7 +192,7 @@ void add_watch(CLI::App& app, int& status) {
 
 void add_show(CLI::App& app, int& status) {
   struct Given {
-    std::int64_t session = 0;
+    std::optional<std::int64_t> session;
     bool times = false;
   };
   const auto [command, given, connection] = add_request<Given>(
@@ -201,8 +201,7 @@ void add_show(CLI::App& app, int& status) {
       [](const Connection& daemon, const Given& of) {
         return show(daemon, of.session, of.times ? Shown::kTimes : Shown::kEventsAndResult);
       });
-  command->add_option("ID", given->session, "Number of the session")
-      ->required()
+  command->add_option("ID", given->session, "Number of the session; default: the newest")
       ->check(session_number());
   command->add_flag("--times", given->times, "Only the time spent, per touch and activity");
 }

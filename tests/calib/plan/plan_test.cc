@@ -145,11 +145,10 @@ double most_off_m(const Plan& made, const ArmModel& arm, const Robot& robot, Ran
   return most_m;
 }
 
-TEST(Plan, SearchesAndMarginsOfALargeArmAllowForHowFarOffItsTolerancesPutIt) {
+TEST(Plan, SearchesOfALargeArmAllowForHowFarOffItsTolerancesPutIt) {
   Cell large = demo_cell();
   for (Joint& joint : large.robot.joints) joint.tolerance_length_m *= 1.7;
-  const Cell off = off_by_tolerances(large);
-  const double off_m = off.robot.off_m;
+  const double off_m = off_by_tolerances(large).robot.off_m;
   EXPECT_GT(off_m, 0.015);
   EXPECT_EQ(off_by_tolerances(demo_cell()).robot.off_m, 0.0);
   const PlanOptions options = small();
@@ -159,12 +158,6 @@ TEST(Plan, SearchesAndMarginsOfALargeArmAllowForHowFarOffItsTolerancesPutIt) {
     EXPECT_NEAR(touch.search_m, 2.0 * touch.expected_m, 1e-12);
   }
   const ArmModel arm(large);
-  const Clearance clearance(off, arm);
-  const double margin_m = std::hypot(kTipMarginM, off_m);
-  for (const PlannedTouch& touch : made.touches)
-    for (const JointVector& q : touch.transit)
-      EXPECT_GT(gap_m(large, arm, q), kMarginKept * margin_m);
-  EXPECT_FALSE(clearance.clear(made.touches.front().standoff, margin_m));
   Random random(3);
   int beyond_usual = 0;
   for (int n = 0; n < 200; ++n) {

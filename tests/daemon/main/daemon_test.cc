@@ -47,6 +47,7 @@ TEST(ADaemon, CalibratesTheEmulatedCellAndLeavesItsResults) {
   EXPECT_EQ(shown.out.find(before, delay + 1), std::string::npos) << "once";
   EXPECT_EQ(shown.out.find("warning"), std::string::npos) << shown.out;
   EXPECT_EQ(fixture.cellcal({"show", "2"}).status, 1);
+  EXPECT_EQ(fixture.cellcal({"show"}).out, shown.out) << "the newest";
   const std::string copy = fixture.dir / "copy.html";
   EXPECT_EQ(fixture.cellcal({"report", "-o", copy}).status, 0);
   EXPECT_EQ(content(copy), content(results / "report.html"));
