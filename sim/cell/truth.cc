@@ -151,10 +151,12 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell, int 
     const calib::JointVector seed = facing(cell.robot, home, centre);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int reached = 0;
-    for (const auto& orientations :
-         {taught_orientations(cell, false), taught_orientations(cell, true), taught_anyhow(cell)}) {
+    using Orientations = std::vector<Eigen::Matrix3d>(const calib::Cell&);
+    for (Orientations* taught :
+         {+[](const calib::Cell& c) { return taught_orientations(c, false); },
+          +[](const calib::Cell& c) { return taught_orientations(c, true); }, &taught_anyhow}) {
       if (reached > 0) break;
-      for (const Eigen::Matrix3d& orientation : orientations) {
+      for (const Eigen::Matrix3d& orientation : taught(cell)) {
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
         pose.translation() = centre;
         pose.linear() = orientation;
