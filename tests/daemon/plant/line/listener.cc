@@ -18,7 +18,8 @@ namespace cellcal::daemon::testing {
 
 namespace {
 constexpr std::chrono::seconds kLongest{60};  ///< after this wait the test has failed
-}
+constexpr const char* kMarker = "cellcal/marker/marker/proposal/marker";
+}  // namespace
 
 struct Listener::Impl {
   mosquitto* handle = nullptr;
@@ -154,6 +155,16 @@ std::vector<Heard> Listener::until(
 std::vector<Heard> Listener::all() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->heard;
+}
+
+std::vector<Heard> Listener::all_acknowledged() {
+  // The broker delivers in the order in which it accepts; of another cell, so that none reacts to it.
+  const auto markers = [](const std::vector<Heard>& heard) {
+    return std::ranges::count(heard, std::string(kMarker), &Heard::topic);
+  };
+  const auto before = markers(all());
+  say(kMarker, "");
+  return until([&](const std::vector<Heard>& heard) { return markers(heard) > before; });
 }
 
 std::optional<int> Listener::say(const std::string& topic, const std::string& payload,

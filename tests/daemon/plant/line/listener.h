@@ -25,7 +25,8 @@ struct Login {
 class Listener {
  public:
   /// Subscribed on return, in a session that outlives broker and connection. Empty `subscribe`: no subscription.
-  Listener(std::uint16_t port, const std::string& id, const std::string& subscribe, const Login& login = {});
+  Listener(std::uint16_t port, const std::string& id, const std::string& subscribe,
+           const Login& login = {});
   ~Listener();
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
@@ -33,8 +34,11 @@ class Listener {
   /// All messages once `enough` is true; throws an exception on timeout.
   std::vector<Heard> until(const std::function<bool(const std::vector<Heard>&)>& enough) const;
   std::vector<Heard> all() const;
+  /// With everything that the broker has acknowledged to anyone before the call.
+  std::vector<Heard> all_acknowledged();
   /// The reason code of its PUBACK; none: the broker ended the connection.
-  std::optional<int> say(const std::string& topic, const std::string& payload, bool retained = false);
+  std::optional<int> say(const std::string& topic, const std::string& payload,
+                         bool retained = false);
   /// Acknowledges all facts, past and future, as `stored`, like a collector.
   void store();
 

@@ -339,11 +339,12 @@ TEST_F(PublisherTest, GivesTheBrokerNoMoreResultsThanSoManyThatNobodyHasStored) 
   const std::int64_t id = fill(journal, 0);
   for (int i = 0; i < 7; ++i) journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
   wait_until([&] { return running.status().problem == LineProblem::kNotStored; });
-  EXPECT_LE(facts_in(plant.all()).size(), 3u + 16u) << "and those that were under way";
-  const std::size_t given = facts_in(plant.all()).size();
+  const std::size_t given = facts_in(plant.all_acknowledged()).size();
+  EXPECT_GE(given, 3u);
+  EXPECT_LE(given, 3u + 16u) << "and those that were under way";
   for (int i = 0; i < 30; ++i) journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
   std::this_thread::sleep_for(milliseconds(100));
-  EXPECT_EQ(facts_in(plant.all()).size(), given);
+  EXPECT_EQ(facts_in(plant.all_acknowledged()).size(), given);
   plant.store();
   plant.until(number_heard(38));
   expect_whole(plant.all(), 38);
