@@ -119,6 +119,7 @@ void ContactCore::forget_session() {
   armed_ticks_.reset();
   relay_.reset();
   seen_.clear();
+  newest_event_.reset();
   delay_mean_s_ = delay_var_s2_ = 0.0;
 }
 
@@ -212,6 +213,7 @@ void ContactCore::on_ident(const ctp::Ident& ident, TimePoint now) {
   }
   fault_ = ContactFault::kNone;
   seen_.clear();
+  newest_event_.reset();
   enter(ContactStep::kConfig, now);
 }
 
@@ -278,6 +280,7 @@ void ContactCore::on_status(const ctp::Status& status, TimePoint now) {
   const bool contact = (status.flags & CTP_FLAG_CONTACT) != 0;
   if (contact && in_contact_ != true) contact_since_ = now;
   in_contact_ = contact;
+  newest_event_ = status.last_event;
   note_level(status.t, now);
   if (!contact) open_ticks_ = status.t;
   if ((status.flags & (CTP_FLAG_ARMED | CTP_FLAG_LATCHED)) == CTP_FLAG_ARMED)
@@ -313,6 +316,10 @@ void ContactCore::on_event(const ctp::Frame& frame, TimePoint now) {
   if (seen_.contains(event.event)) return;
   seen_.push(event.event);
   bounces_ += event.bounces;
+  // Repeated after a newer one, or after a heartbeat, it does not change the level.
+  const bool newest =
+      !newest_event_ || static_cast<std::int16_t>(event.event - *newest_event_) > 0;
+  if (newest) newest_event_ = event.event;
   ContactRecord record;
   record.kind = ContactEventKind::kRevoked;
   record.arm_id = event.arm_id;
@@ -325,12 +332,12 @@ void ContactCore::on_event(const ctp::Frame& frame, TimePoint now) {
   if (frame.type == CTP_CONTACT) {
     record.kind = ContactEventKind::kContact;
     contact_v_ = record.sense_v;
-    in_contact_ = true;
-    contact_since_ = now;
-    note_level(event.t_first, now);
   } else if (frame.type == CTP_RELEASE) {
     record.kind = ContactEventKind::kRelease;
-    in_contact_ = false;
+  }
+  if (newest && record.kind != ContactEventKind::kRevoked) {
+    in_contact_ = record.kind == ContactEventKind::kContact;
+    if (*in_contact_) contact_since_ = now;
     note_level(event.t_first, now);
   }
   if (record.kind != ContactEventKind::kRelease) use_up_arming(event.arm_id, now);

@@ -201,6 +201,7 @@ class ContactCore : public ContactGuard {
   static constexpr std::size_t kEvents = 64;
   static constexpr std::size_t kAnswers = 4;
   FixedRing<std::uint16_t, kRememberedEvents> seen_;
+  std::optional<std::uint16_t> newest_event_;  ///< that the level allows for
   FixedRing<ContactEvent, kEvents> events_;
   FixedRing<ContactRecord, kEvents> records_;
   FixedRing<ArmAnswer, kAnswers> answers_;

@@ -360,11 +360,19 @@ struct RsiCore::Impl {
     return state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit);
   }
 
+  /// Packets that were lost between the last one answered and this one.
+  std::uint32_t unanswered_cycles() const {
+    if (!answered || stream.step() == 0) return 0;
+    return std::max((frame.ipoc.value - *answered) / stream.step(), 1U) - 1;
+  }
+
   /// Number of further late replies. Before the first reply none can be late.
   std::uint32_t note_delay() {
     const std::uint32_t more = delay.note(frame.delay);
     if (delay.replies() == 0) return 0;
     state.late += more;
+    // A cycle without a packet here had no reply: the last one was accepted before it.
+    taken = relative() || more <= unanswered_cycles();
     if (more > 0 && !relative()) setpoint.not_taken();
     if (more == 0 || !(mover.busy() || queue.waiting())) return more;
     state.late_while_moving += more;
@@ -481,7 +489,7 @@ struct RsiCore::Impl {
   }
   MoverCycle mover_cycle(TimePoint now, bool advance, bool heard) const {
     const IpocClock clock{stream.seconds_per_ipoc(), stream.counts_milliseconds()};
-    return {now, stream.motion_cycle_s(), clock, advance, heard};
+    return {now, stream.motion_cycle_s(), clock, advance, heard, true, taken};
   }
 
   void note_time(TimePoint now) {
@@ -582,6 +590,7 @@ struct RsiCore::Impl {
   std::uint32_t damaged_in_a_row = 0;  // with a valid IPOC only
   bool increments_lost = false;        // relative: a reply of this move was not accepted
   bool unanswered = false;             // the newest packet was not answered
+  bool taken = true;                   // the controller accepted the last reply, by its Delay
   bool waited_unanswered = false;  // it arrived after a pause, with the preceding one unanswered
   bool heard_time = false, ending = false, stop_low_sent = false, stop_sent = false;
 };

@@ -94,6 +94,8 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   latch_.reset();
   settling_s_ = 0.0;
   settling_cycles_ = unheard_cycles_ = 0;
+  before_rad_ = commanded_rad;
+  taken_ = true;
   by_input_ = false;
   return std::nullopt;
 }
@@ -131,13 +133,18 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
   }
   if (!cycle.advance) return std::nullopt;
   unheard_cycles_ = cycle.heard ? 0 : unheard_cycles_ + 1;
+  taken_ = taken_ || cycle.taken;
   if (in_motion_ && cycle.sound) watch_following(cycle);
   if (in_motion_ && !cycle.heard) {
     if (braking_ && unheard_cycles_ >= kStoppedAfterLate) in_motion_ = false;
+    stay(commanded_rad);
     return std::nullopt;
   }
+  stay(commanded_rad);
   if (in_motion_) {
     t_s_ += cycle.cycle_s;
+    before_rad_ = commanded_rad;
+    taken_ = false;
     commanded_rad = path_.at(t_s_);
     in_motion_ = t_s_ < path_.duration_s();
     if (!in_motion_ && phase_ == Phase::kTravelling) phase_ = Phase::kSettling;
@@ -145,6 +152,12 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
   }
   if (phase_ == Phase::kSettling && cycle.sound) return settle(cycle, commanded_rad);
   return std::nullopt;
+}
+
+void Mover::stay(AxisAngles& commanded_rad) {
+  if (in_motion_ || taken_ || ends_well()) return;
+  commanded_rad = before_rad_;
+  taken_ = true;
 }
 
 bool Mover::needs_rest() const {

@@ -74,6 +74,7 @@ struct MoverCycle {
   /// would execute everything commanded meanwhile in one cycle.
   bool heard = true;
   bool sound = true;  ///< false: damaged packet, no information on the arm
+  bool taken = true;  ///< false (ABSOLUTE): the controller did not accept the last reply
 };
 
 class Mover {
@@ -118,6 +119,9 @@ class Mover {
   bool searching() const { return move_.kind == MoveKind::kSearch; }
   void end_travel(Phase next, MoveOutcome outcome, const Cause& cause);
   void brake();
+  /// A stopped arm stays where the controller holds it: a command that was not accepted would be
+  /// executed whenever replies are heard again.
+  void stay(AxisAngles& commanded_rad);
   void watch_search(TimePoint now);
   void watch_other(const MoverCycle& cycle);
   void await_verdict(TimePoint now);
@@ -152,6 +156,8 @@ class Mover {
   double open_by_s_ = 0.0;                    ///< retreat: time by which its contact must open
   std::optional<TimePoint> open_due_;         ///< retreat: end of that time, contact not yet open
   int unheard_cycles_ = 0;                    ///< consecutive
+  AxisAngles before_rad_;                     ///< commanded before the path last advanced
+  bool taken_ = true;                         ///< the controller holds what it advanced to
   double cycle_s_ = 0.0;
   MoveOutcome outcome_ = MoveOutcome::kArrived;
   Cause cause_;

@@ -328,6 +328,22 @@ TEST_F(CoreArming, EventsAreAcknowledgedEachTimeAndToldOnce) {
   EXPECT_EQ(s.events[2].kind, ContactEventKind::kRevoked);
 }
 
+TEST_F(CoreArming, AnEventRepeatedAfterANewerOneDoesNotChangeTheLevel) {
+  s.beats = false;
+  s.say(event(3, 0, s.now - 1ms), CTP_CONTACT);
+  s.say(event(2, 0, s.now - 3ms), CTP_RELEASE);
+  EXPECT_TRUE(s.snapshot().in_contact);
+  s.status.last_event = 5;  // the frame of event 5 was lost
+  s.set(CTP_FLAG_CONTACT, false);
+  s.say_status();
+  s.say(event(4, 0, s.now - 2ms), CTP_CONTACT);
+  EXPECT_FALSE(s.snapshot().in_contact);
+  s.say(event(6, 0, s.now), CTP_CONTACT);
+  EXPECT_TRUE(s.snapshot().in_contact);
+  s.run(5ms);
+  EXPECT_EQ(s.events.size(), 4u) << "each is delivered";
+}
+
 TEST_F(CoreArming, ARevokedTouchUsesItUpAndAReleaseDoesNot) {
   ASSERT_TRUE(s.arm(5, 1000ms));
   s.say(event(1, 5, s.now), CTP_RELEASE);

@@ -420,6 +420,44 @@ TEST(RsiMove, RepliesThatAreHeardAgainDoNotThrowTheArmAhead) {
   }
 }
 
+TEST(RsiMove, ThatWasStoppedForLateRepliesTakesNoStepWhenTheyAreHeardAgain) {
+  for (const int unheard : {4, 20, 80}) {
+    Rig rig;
+    rig.make_ready();
+    rig.begin(MoveKind::kTransit, rig.moved_by(0, 60));
+    rig.run(400ms);  // at full speed
+    rig.to_krc = false;
+    for (int i = 0; i < unheard; ++i) rig.cycle();
+    const double stopped_rad = rig.krc.setpoint_rad()[0];
+    rig.to_krc = true;
+    EXPECT_EQ(rig.finish().outcome, MoveOutcome::kRobotSilent);
+    rig.run(200ms);
+    EXPECT_NEAR(rig.krc.setpoint_rad()[0], stopped_rad, 2 * kWire) << unheard;
+    EXPECT_NEAR(rig.core.state().commanded_rad[0], stopped_rad, 2 * kWire) << unheard;
+    EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kArrived);
+  }
+}
+
+TEST(RsiMove, ThatWasStoppedWherePacketsAreLostDoesNotTurnBack) {
+  Rig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 60));
+  rig.run(400ms);
+  double least = 0.0;
+  std::vector<double> before = rig.krc.setpoint_rad();
+  rig.after_cycle = [&] {
+    least = std::min(least, rig.krc.setpoint_rad()[0] - before[0]);
+    before = rig.krc.setpoint_rad();
+  };
+  for (int i = 0; i < 60; ++i) {  // every second packet of the controller
+    rig.to_pc = i % 2 == 0;
+    rig.cycle();
+  }
+  rig.to_pc = true;
+  rig.run(200ms);
+  EXPECT_GT(least, -2 * kWire);
+}
+
 TEST(RsiMove, EndsWhereTheSamePacketComesOverAndOver) {
   Rig rig;
   rig.make_ready();
