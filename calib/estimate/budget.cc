@@ -71,6 +71,16 @@ UncertaintySource source_of(const ParameterKey& key) {
   return UncertaintySource::kPlaces;
 }
 
+std::optional<double> prior_sigma_u(const Unknown& unknown, const LevelMean& levels) {
+  if (!(unknown.prior_weight > 0.0)) return std::nullopt;
+  const ParameterKind kind = unknown.key.kind;
+  const double level = is_transmission(kind)            ? levels.transmission
+                       : is_compliance(kind)            ? levels.compliance
+                       : kind == ParameterKind::kPlay ? levels.play
+                                                        : 1.0;
+  return level / unknown.prior_weight;
+}
+
 namespace {
 
 /// Touch noise of the covariance: as stated where the residuals are smaller.
@@ -97,16 +107,17 @@ UncertaintyBudget::UncertaintyBudget(const Problem& problem, const Estimate& e, 
   std::map<UncertaintySource, Sum> sums;
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(i)];
-    if (!(unknown.prior_weight > 0.0)) continue;
+    const std::optional<double> sigma_u = prior_sigma_u(unknown, e.levels);
+    if (!sigma_u || !(*sigma_u > 0.0)) continue;
     const UncertaintySource source = source_of(unknown.key);
     Sum& sum = sums[source];
     sum.group.line.source = source;
-    sum.group.unknowns.push_back(i);
-    sum.squares += std::pow(unknown.scale / unknown.prior_weight, 2);
+    sum.group.sigma_u.emplace_back(i, *sigma_u);
+    sum.squares += std::pow(unknown.scale * *sigma_u, 2);
     sum.several_units = sum.several_units || unknown.unit != unit_of(source).name;
   }
   for (auto& [source, sum] : sums) {
-    const double mean = sum.squares / static_cast<double>(sum.group.unknowns.size());
+    const double mean = sum.squares / static_cast<double>(sum.group.sigma_u.size());
     sum.group.line.sigma = sum.several_units ? 0.0 : std::sqrt(mean);
     priors_.push_back(std::move(sum.group));
   }
@@ -143,9 +154,7 @@ std::vector<double> UncertaintyBudget::contributions_m(const std::vector<JointVe
         by_rows(linear.jacobian.bottomRows(linear.jacobian.rows() - linear.length_row));
   for (const Priors& group : priors_) {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(3 * count);
-    for (const int i : group.unknowns)
-      sum += (reach.col(i) * problem_.unknowns()[static_cast<std::size_t>(i)].prior_weight)
-                 .cwiseAbs2();
+    for (const auto& [i, sigma_u] : group.sigma_u) sum += (reach.col(i) / sigma_u).cwiseAbs2();
     variance_m2.push_back(of_tips(sum));
   }
   Eigen::VectorXd parts = Eigen::VectorXd::Zero(count);

@@ -4,6 +4,8 @@
 // the unknowns, and the contributions of all sources add up to S.
 
 #include <Eigen/Core>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "calib/estimate/estimate.h"
@@ -16,6 +18,9 @@ namespace cellcal::calib {
 
 /// Source of the prior of an unknown.
 UncertaintySource source_of(const ParameterKey& key);
+
+/// In units of the scale, rms over the levels; none without a prior.
+std::optional<double> prior_sigma_u(const Unknown& unknown, const LevelMean& levels);
 
 /// Keeps references to `problem` and `e`.
 class UncertaintyBudget {
@@ -37,7 +42,7 @@ class UncertaintyBudget {
   /// Unknowns with a prior from one source.
   struct Priors {
     UncertaintyLine line;
-    std::vector<int> unknowns;
+    std::vector<std::pair<int, double>> sigma_u;  ///< index of the unknown
   };
 
   const Problem& problem_;

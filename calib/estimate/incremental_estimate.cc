@@ -164,7 +164,7 @@ const Eigen::VectorXd& IncrementalEstimate::u() const { return impl_->e.u; }
 const Eigen::MatrixXd& IncrementalEstimate::covariance_u() const {
   return impl_->e.posterior.covariance_u;
 }
-double IncrementalEstimate::ripple_rad() const { return impl_->e.levels.ripple_rad; }
+const LevelMean& IncrementalEstimate::levels() const { return impl_->e.levels; }
 double IncrementalEstimate::search_speed_m_s() const {
   const Problem& made = *impl_->problem;
   double fastest_m_s = 0.0;

@@ -12,6 +12,7 @@
 #include <memory>
 #include <vector>
 
+#include "calib/estimate/evidence.h"
 #include "calib/estimate/options.h"
 #include "calib/estimate/problem.h"
 
@@ -43,8 +44,7 @@ class IncrementalEstimate {
   /// Means and covariance in prior units, in the order of problem().
   const Eigen::VectorXd& u() const;
   const Eigen::MatrixXd& covariance_u() const;
-  /// Joint noise that gears add to every pose [rad], 1 sigma, mean over the levels.
-  double ripple_rad() const;
+  const LevelMean& levels() const;
   /// Largest contact speed of the touches on a surface, assumed for the next touches so that they
   /// have the same unknowns. 0 if none states a speed.
   double search_speed_m_s() const;

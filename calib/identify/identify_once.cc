@@ -62,14 +62,7 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
     // parameter.
     const double variance_u = e.posterior.covariance_u(i, i);
     const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
-    double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
-    if (i < problem.arm_size()) {
-      const ParameterKind kind = problem.arm().parameters()[i].kind;
-      // Mean of the levels by weight.
-      if (is_transmission(kind)) prior_u *= e.levels.transmission;
-      if (is_compliance(kind)) prior_u *= e.levels.compliance;
-      if (kind == ParameterKind::kPlay) prior_u *= e.levels.play;
-    }
+    const double prior_u = prior_sigma_u(unknown, e.levels).value_or(1e9);
     if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
       p.decided_by = DecidedBy::kFrame;
     else if (variance_u > 0.5 * prior_u * prior_u || variance_u == 0.0)

@@ -105,8 +105,6 @@ struct Robot {
   Eigen::Isometry3d flange_fixed = Eigen::Isometry3d::Identity();
   AbsoluteAccuracy absolute_accuracy = AbsoluteAccuracy::kNotStated;
   std::vector<PositionerAxis> positioner;  ///< base outwards; empty: none
-  /// How far off its tip may be. Not in any file: of a large arm before it is calibrated (plan).
-  double off_m = 0.0;
 
   /// Index of the arm's first joint: 1 behind a linear unit, else 0.
   std::size_t first_turning() const { return !joints.empty() && joints[0].is_prismatic() ? 1 : 0; }

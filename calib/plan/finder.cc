@@ -535,9 +535,9 @@ bool Finder::is_clear_except_sought(const JointVector& from,
   return true;
 }
 
-std::vector<JointVector> Finder::way_home() const {
+std::vector<JointVector> Finder::way_home(const JointVector& from) const {
   const Impl& me = *impl_;
-  if (!me.last) return {};
+  if (!me.last || !is_at(me.last->clear, from)) return {};
   const Cell around = me.swollen(std::nullopt), stated = me.as_stated();
   const Clearance clearance(around, me.arm);
   const JointVector rest = resting_posture(me.cell.robot, Clearance(stated, me.arm));

@@ -67,8 +67,8 @@ class Finder {
   /// The sphere being searched for, index into the cell.
   std::optional<std::size_t> seeking() const;
   /// From the end of the last search to a posture from which another Finder can begin without this
-  /// knowledge; empty without a search or a clear path.
-  std::vector<JointVector> way_home() const;
+  /// knowledge; empty without a search or a clear path, or if the arm is elsewhere.
+  std::vector<JointVector> way_home(const JointVector& from) const;
   /// Typical number of touches remaining; 0 once all are found, otherwise at least 1.
   int touches_left() const;
   /// The sphere being sought, its touches, and within how many mm it is known; empty once all are found.

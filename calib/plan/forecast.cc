@@ -37,7 +37,7 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
     touch.speed_m_s = estimate.search_speed_m_s();
     rows.push_back(std::move(touch));
   }
-  const Problem seen(known.cell(), arm, rows, places, estimate.ripple_rad());
+  const Problem seen(known.cell(), arm, rows, places, estimate.levels().ripple_rad);
   const Linearisation linear = linearise(seen, estimate.u(), std::vector<bool>(rows.size(), true));
   const Eigen::VectorXd x = estimate.x_si();
   Eigen::VectorXd scale(arm.size());
@@ -49,9 +49,9 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
   const Eigen::Index n = arm.size();
   const double mean_m =
       predicted_mean_error_m(moves, estimate.covariance_u().topLeftCorner(n, n),
-                             ripple_variance_m2(arm, postures, estimate.ripple_rad()));
+                             ripple_variance_m2(arm, postures, estimate.levels().ripple_rad));
   const PositionBound bound(arm, x, estimate.covariance_si().topLeftCorner(n, n),
-                            ripple_elsewhere_rad(estimate.ripple_rad()));
+                            ripple_elsewhere_rad(estimate.levels().ripple_rad));
   Design design(linear.jacobian.topRows(linear.length_row), estimate.covariance_u(), moves);
   const double u95_m = bound.mean_u95_m(postures);
   return {std::move(design), std::move(moves), mean_m, u95_m, std::move(postures)};
@@ -114,7 +114,7 @@ Gaps gaps_at(const IncrementalEstimate& running, const std::vector<Touch>& postu
   const auto first = static_cast<Eigen::Index>(rows.size());
   rows.insert(rows.end(), postures.begin(), postures.end());
   use.resize(rows.size(), true);
-  const Problem seen(known.cell(), known.arm(), rows, places, running.ripple_rad());
+  const Problem seen(known.cell(), known.arm(), rows, places, running.levels().ripple_rad);
   const Linearisation linear = linearise(seen, running.u(), use);
   const auto count = static_cast<Eigen::Index>(postures.size());
   Gaps gaps{Eigen::VectorXd(count), Eigen::VectorXd(count)};

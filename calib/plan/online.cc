@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 
+#include "calib/estimate/budget.h"
 #include "calib/estimate/incremental_estimate.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
@@ -21,6 +22,7 @@
 #include "calib/plan/route.h"
 #include "calib/plan/track.h"
 #include "calib/plan/visit.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib {
 
@@ -76,8 +78,8 @@ struct Online::Impl {
 
   Impl(const Cell& stated, const PlanOptions& how, const Goal& wanted, JointVector from,
        const Pace& at, const std::vector<Touch>& made)
-      : cell(off_by_tolerances(stated)),
-        options(how),
+      : cell(stated),
+        options(with_tolerances(how, stated)),
         goal(wanted),
         start(std::move(from)),
         pace(at),
@@ -304,11 +306,12 @@ struct Online::Impl {
     std::vector<ParameterKey> keys;
     Eigen::VectorXd prior_weight(problem.size());
     for (const Unknown& unknown : problem.unknowns()) {
-      prior_weight[static_cast<Eigen::Index>(keys.size())] = unknown.prior_weight;
+      const double sigma_u = prior_sigma_u(unknown, estimate->levels()).value_or(0.0);
+      prior_weight[static_cast<Eigen::Index>(keys.size())] = sigma_u > 0.0 ? 1.0 / sigma_u : 0.0;
       keys.push_back(unknown.key);
     }
     return largest_part(problem.arm(), {postures, moves, estimate->covariance_u(), keys,
-                                        prior_weight, estimate->ripple_rad()});
+                                        prior_weight, estimate->levels().ripple_rad});
   }
 
   void finish(Ended why) {
@@ -493,12 +496,12 @@ void Online::failed() {
     impl_->draw_check(impl_->pool.candidates()[*offered].target);
 }
 
-std::vector<JointVector> Online::way_home() const {
+std::vector<JointVector> Online::way_home(const JointVector& from) const {
   const Impl& me = *impl_;
   if (!me.last) return {};
-  return me.pool.router()
-      .away(me.pool.candidates()[*me.last], me.start)
-      .value_or(std::vector<JointVector>{});
+  const Candidate& leaving = me.pool.candidates()[*me.last];
+  if (!is_at(leaving.clear, from)) return {};
+  return me.pool.router().away(leaving, me.start).value_or(std::vector<JointVector>{});
 }
 
 const Progress& Online::progress() const { return impl_->progress; }
@@ -515,7 +518,8 @@ namespace {
 std::string end_words(const Progress& progress, const Goal& goal) {
   const double u95_mm = progress.u95_m * kMmPerM, goal_mm = goal.u95_m * kMmPerM;
   const std::string reached = goal_mm > 0.0
-                                  ? fmt::format("u95 {:.3f} mm, goal {:.3f} mm", u95_mm, goal_mm)
+                                  ? fmt::format("u95 {0:.{2}f} mm, goal {1:.{2}f} mm", u95_mm,
+                                                goal_mm, decimals_apart(u95_mm, goal_mm, 3))
                                   : fmt::format("u95 {:.3f} mm", u95_mm);
   switch (*progress.ended) {
     case Ended::kGoal:

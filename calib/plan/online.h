@@ -78,9 +78,9 @@ class Online {
   void touched(const Touch& touch);
   /// The touch failed: out of reach, unexpected contact, contradictory readings.
   void failed();
-  /// From the clear point of the last touch offered; empty if no path is clear, then the arm stays
-  /// there.
-  std::vector<JointVector> way_home() const;
+  /// From the clear point of the last touch offered; empty if no path is clear, or the arm is
+  /// elsewhere: then it stays there.
+  std::vector<JointVector> way_home(const JointVector& from) const;
 
   const Progress& progress() const;
   /// Fit touches.

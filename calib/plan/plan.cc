@@ -89,9 +89,9 @@ Choice choose_fit_touches(const Cell& cell, const PlanOptions& options, int targ
 
 }  // namespace
 
-Plan make_plan(const Cell& stated, const PlanOptions& options, const JointVector& from) {
-  if (!stated.robot.positioner.empty()) return make_positioner_plan(stated, options, from);
-  const Cell cell = off_by_tolerances(stated);
+Plan make_plan(const Cell& cell, const PlanOptions& stated, const JointVector& from) {
+  if (!cell.robot.positioner.empty()) return make_positioner_plan(cell, stated, from);
+  const PlanOptions options = with_tolerances(stated, cell);
   constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
   const auto targets = static_cast<int>(
       std::count_if(cell.targets.begin(), cell.targets.end(),

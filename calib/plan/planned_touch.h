@@ -86,6 +86,7 @@ struct PlanOptions {
   double standoff_m = 0.012;  ///< an uncalibrated arm is off by up to 10 mm
   double beyond_m = 0.012;    ///< search continues this far past the nominal surface
   double clear_m = 0.020;     ///< retreat distance from the surface
+  double arm_off_m = 0.0;     ///< of the tip, by the arm's tolerances: with_tolerances()
   double limit_margin_rad = 0.05;
   Criterion criterion = Criterion::kI;
   AccuracyRegion region;

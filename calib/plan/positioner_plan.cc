@@ -558,8 +558,8 @@ std::vector<std::vector<double>> settings_of(const Robot& robot) {
   return settings;
 }
 
-Plan make_positioner_plan(const Cell& stated, const PlanOptions& options, const JointVector& from) {
-  const Cell cell = off_by_tolerances(stated);
+Plan make_positioner_plan(const Cell& cell, const PlanOptions& stated, const JointVector& from) {
+  const PlanOptions options = with_tolerances(stated, cell);
   const auto targets = static_cast<int>(std::ranges::count_if(
       cell.targets, [](const Target& target) { return is_planned(target, kTouched); }));
   if (options.fit_touches < 1 || options.check_touches < 0)

@@ -48,6 +48,12 @@ std::vector<JointVector> joined(std::vector<JointVector> a, const std::vector<Jo
 
 }  // namespace
 
+bool is_at(const JointVector& place, const JointVector& arm) {
+  constexpr double kNear = 1e-4;
+  return std::ranges::equal(place, arm,
+                            [](double a, double b) { return std::abs(a - b) <= kNear; });
+}
+
 std::optional<JointVector> Router::above(const Candidate& candidate, double height_m,
                                          const JointVector& seed) const {
   const Target& target = cell_.targets[candidate.target];

@@ -14,6 +14,9 @@
 
 namespace cellcal::calib {
 
+/// True where no axis is farther than 1e-4 rad or 0.1 mm from the place: a way that begins there may be taken.
+bool is_at(const JointVector& place, const JointVector& arm);
+
 class Router {
  public:
   /// `rest`: a clear posture for long paths.

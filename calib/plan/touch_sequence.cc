@@ -14,6 +14,7 @@
 #include "calib/plan/plan.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/positioner_plan.h"
+#include "calib/plan/route.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {
@@ -192,7 +193,7 @@ void GoalBatches::failed() { impl_->go_on(); }
 
 std::vector<JointVector> GoalBatches::way_home(const JointVector& from) const {
   const Plan& plan = impl_->plan;
-  const bool behind = !plan.touches.empty() && plan.touches.back().clear == from;
+  const bool behind = !plan.touches.empty() && is_at(plan.touches.back().clear, from);
   return behind ? plan.home : std::vector<JointVector>{};
 }
 
@@ -413,7 +414,7 @@ void TouchSequence::failed(NotMade how) {
 
 std::vector<JointVector> TouchSequence::way_home(const JointVector& from) const {
   if (impl_->batches) return impl_->batches->way_home(from);
-  return impl_->online ? impl_->online->way_home() : impl_->finder.way_home();
+  return impl_->online ? impl_->online->way_home(from) : impl_->finder.way_home(from);
 }
 
 std::optional<SearchUnderWay> TouchSequence::under_way(
@@ -423,7 +424,7 @@ std::optional<SearchUnderWay> TouchSequence::under_way(
     for (JointVector& waypoint : way) waypoint = impl_->with_positioner(waypoint);
     return way;
   };
-  const std::vector<JointVector> home = all(impl_->finder.way_home());
+  const std::vector<JointVector> home = all(impl_->finder.way_home(touch ? touch->clear : from));
   SearchUnderWay search;
   const std::vector<JointVector> way = touch ? all(touch->transit) : home;
   if (way.empty()) return std::nullopt;

@@ -36,9 +36,7 @@ double track_position_m(const ArmModel& arm, const Eigen::Vector3d& place_m, dou
 }
 
 TrackOff::TrackOff(const Robot& robot)
-    : along_(Eigen::Vector3d::Zero()),
-      foot_m_(robot.base_fixed.translation()),
-      arm_m_(robot.off_m) {
+    : along_(Eigen::Vector3d::Zero()), foot_m_(robot.base_fixed.translation()) {
   if (robot.first_turning() == 0) return;
   const Joint& track = robot.joints[0];
   guide_ = track.guide;
@@ -91,10 +89,10 @@ double off_by_arm_m(const Cell& cell) {
 
 }  // namespace
 
-Cell off_by_tolerances(Cell cell) {
+PlanOptions with_tolerances(PlanOptions options, const Cell& cell) {
   constexpr double kUsuallyOffM = 0.015;  // of arms up to some 2.2 m of reach
-  if (const double off_m = off_by_arm_m(cell); off_m > kUsuallyOffM) cell.robot.off_m = off_m;
-  return cell;
+  if (const double off_m = off_by_arm_m(cell); off_m > kUsuallyOffM) options.arm_off_m = off_m;
+  return options;
 }
 
 SearchReach search_reach(const TrackOff& unit, const Target& target, const JointVector& contact,
@@ -102,7 +100,7 @@ SearchReach search_reach(const TrackOff& unit, const Target& target, const Joint
   const auto widened_m = [&](double usual_m) {
     return std::hypot(unit.widened_m(usual_m, target.centre_m, contact), target.off_m);
   };
-  const auto by_arm_m = [&](double usual_m) { return std::hypot(usual_m, unit.arm_m()); };
+  const auto by_arm_m = [&](double usual_m) { return std::hypot(usual_m, options.arm_off_m); };
   const double before_m = by_arm_m(widened_m(options.standoff_m)),
                within_m = widened_m(options.beyond_m);
   return {before_m, by_arm_m(within_m), options.clear_m + (before_m - options.standoff_m),

@@ -29,7 +29,6 @@ class TrackOff {
   /// `robot`: with the priors of its unit.
   explicit TrackOff(const Robot& robot);
   bool any() const { return guide_.has_value(); }
-  double arm_m() const { return arm_m_; }  ///< Robot::off_m
   Place place(const Eigen::Vector3d& place_m) const;
   /// Three sigma of the tip in the worst direction [m]; convex in the carriage's position.
   double off_m(const Place& place, double carriage_m) const;
@@ -39,11 +38,11 @@ class TrackOff {
  private:
   std::optional<LinearGuide> guide_;
   Eigen::Vector3d along_, foot_m_;
-  double min_m_ = 0.0, max_m_ = 0.0, arm_m_ = 0.0;
+  double min_m_ = 0.0, max_m_ = 0.0;
 };
 
-/// The cell with Robot::off_m of a large arm before it is calibrated: (64c).
-Cell off_by_tolerances(Cell cell);
+/// With arm_off_m of a large arm before it is calibrated: (64c).
+PlanOptions with_tolerances(PlanOptions options, const Cell& cell);
 
 /// A search on both sides of the nominal surface, and the clear point: (64a), (64b), (64c).
 struct SearchReach {

@@ -1,6 +1,7 @@
 #include "daemon/runner/runner.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -350,7 +351,14 @@ struct Runner::Perform {
   void operator()(const TakeAnswer& action) const { runner.inbox_->put(*action.answer); }
   void operator()(const Assess&) const {
     runner.work([assess = tasks.assess, touches = runner.touches_] {
-      Tasks::Assessed assessed = assess(touches);
+      Tasks::Assessed assessed;
+      try {
+        assessed = assess(touches);
+      } catch (const calib::Cancelled&) {
+        throw;
+      } catch (const std::exception& error) {  // only displayed: the session goes on without it
+        spdlog::warn("touch {} is not assessed: {}", touches.size(), error.what());
+      }
       return Event{Assessed{assessed.residual_m, touches.size(), std::move(assessed.expected)}};
     });
   }

@@ -44,11 +44,12 @@ void JournalRecorder::record(const RecordEnd& end) {
   } catch (const std::exception& error) {  // recording the end takes precedence
     spdlog::warn("session {}: its end is reported without an alarm: {}", session_, error.what());
   }
-  journal_.record(session_, end, backend_.utc_now(), also);
   const LogScope scope({.session = session_, .event = event_of(end.ending)});
-  if (end.ending == Ending::kFailed) {
+  // The log may be the only record: the disk of the journal may be full.
+  if (end.ending == Ending::kFailed)
     spdlog::error("session {} failed: {}", session_, end.failure);
-  } else {
+  journal_.record(session_, end, backend_.utc_now(), also);
+  if (end.ending != Ending::kFailed) {
     spdlog::info("session {} {}{}", session_,
                  end.ending == Ending::kDone ? "is done" : "was aborted",
                  end.failure.empty() ? "" : ": " + end.failure);

@@ -91,9 +91,12 @@ bool test_requested(const State& state, const Event&) {
          (request == ControllerRequest::kBrakeTest || request == ControllerRequest::kMasteringTest);
 }
 bool after_last(const State& state, const Event&) {
+  if (state.deferred_failure) return false;
   if (state.phase == Phase::kReturning) return true;
-  // With touches chosen one by one, a plan without touches is the way home.
-  return state.one_by_one ? state.plan->touches.empty() : state.done >= state.plan->touches.size();
+  // With touches chosen one by one, a plan without touches is the way home; before the first choice
+  // it is empty.
+  return state.one_by_one ? state.plan->touches.empty() && !state.plan->home.empty()
+                          : state.done >= state.plan->touches.size();
 }
 bool test_requested_between(const State& state, const Event& event) {
   return test_requested(state, event) && !after_last(state, event);

@@ -200,6 +200,7 @@ void forget_touch(State& state) {
 
 void accept(State& state, const Offer& offer) {
   state.plan = offer.plan;
+  if (!state.plan->touches.empty()) state.deferred_failure.reset();  // found out anew
   state.progress = offer.progress;
   state.stage = offer.stage;
 }
@@ -446,7 +447,7 @@ void choose_next(State& state, const Event& event, Actions& actions) {
 void begin_way_home(State& state, const Event& event, Actions& actions) {
   apply_final_choice(state, event, actions);
   record_search(event, actions);
-  begin(state, event, actions, MoveKind::kTransit, way_home(state, 0));
+  go_home(state, event, actions);
 }
 
 void begin_way_out(State& state, const Event& event, Actions& actions) {

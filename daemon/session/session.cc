@@ -250,7 +250,7 @@ Transition{kStopping,      kMoveResults,     has_failed, "because of a failure",
 Transition{kStopping,      kMoveResults,     nullptr, "",                                kAborted,     close_and_end, "at rest: close the devices; record the end"},
 Transition{kStopping,      E::kDeadline,     nullptr, "",                                kFailed,      fail<F::kStopUnconfirmed>, "no sign of rest"},
 Transition{kStopping,      Events(E::kRouted, E::kWorkFailed), nullptr, "",             kStay,        nullptr, "no further move: ignored"},
-Transition{kStopping,      E::kAbort,        nullptr, "",                                kStay,        nullptr, "already stopping"},
+Transition{kStopping,      Events(E::kAbort, E::kJournalFailed), nullptr, "",            kStay,        nullptr, "already stopping"},
 Transition{kAborted,       E::kJournalFailed, nullptr, "",                               kFailed,      note_journal_failure, "the end is not on disk"},
 // events that only update known values
 Transition{kActivePhases | Phases{kStopping}, E::kLinks, nullptr, "",                    kStay,        nullptr, "noted for messages; a moving arm's links are the driver's to judge"},

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/budget.h"
 #include "calib/estimate/region.h"
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
@@ -60,6 +61,23 @@ TEST(UncertaintyBudget, StatesTheTouchNoiseThatWasUsedWhereTheResidualsAreSmalle
   ASSERT_LT(c.chi2_per_dof, 0.5);
   ASSERT_NE(line(c, UncertaintySource::kTouches), nullptr);
   EXPECT_NEAR(line(c, UncertaintySource::kTouches)->sigma, cell.touch_sigma_m, 0.01e-3);
+}
+
+TEST(UncertaintyBudget, StatesTheToleranceOfTheTransmissionThatWasFound) {
+  const Calibration c = calibrated(demo_cell(), 100);
+  ASSERT_GT(std::abs(c.level.transmission - 1.0), 0.1);
+  double squares = 0.0, count = 0.0;
+  const ArmModel arm(at_level(c.cell, kFullestLevel));
+  for (const ArmParameter& one : arm.parameters()) {
+    if (source_of(one) != UncertaintySource::kTransmission) continue;
+    const double level = is_transmission(one.kind) ? c.level.transmission : c.level.play;
+    if (!(level > 0.0)) continue;
+    squares += std::pow(level * one.sigma, 2);
+    ++count;
+  }
+  const UncertaintyLine* transmission = line(c, UncertaintySource::kTransmission);
+  ASSERT_NE(transmission, nullptr);
+  EXPECT_NEAR(transmission->sigma, std::sqrt(squares / count), 1e-9 * transmission->sigma);
 }
 
 TEST(UncertaintyBudget, HasALineForCertifiedLengthsAloneThatWereFitted) {

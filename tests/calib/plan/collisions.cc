@@ -216,7 +216,7 @@ Approach Collisions::across(const JointVector& from, const JointVector& at, cons
 
 Approach Collisions::of(const Plan& plan) const {
   Approach result;
-  const bool large = off_by_tolerances(cell_).robot.off_m > 0.0;
+  const bool large = with_tolerances({}, cell_).arm_off_m > 0.0;
   JointVector where = plan.start, before;
   for (const PlannedTouch& touch : plan.touches) {
     if (!before.empty()) result.take(across(before, where, touch.transit.front(), touch.leaving));

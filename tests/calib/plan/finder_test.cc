@@ -137,7 +137,7 @@ TEST(Finder, ThatGivesUpLeadsToWhereAnotherCanBegin) {
   const sim::Truth truth = testing::plain_truth(small, 1);
   const Cell cell = as_rough_as_stated(small, 0.005, 1);
   Finder first(cell, {}, true, {});
-  EXPECT_TRUE(first.way_home().empty()) << "nothing was searched yet";
+  EXPECT_TRUE(first.way_home({}).empty()) << "nothing was searched yet";
   JointVector at(6, 0.0);
   at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
   for (int k = 0; k < 4; ++k) {
@@ -150,8 +150,11 @@ TEST(Finder, ThatGivesUpLeadsToWhereAnotherCanBegin) {
     else
       first.missed();
   }
-  const auto home = first.way_home();
+  const auto home = first.way_home(at);
   ASSERT_FALSE(home.empty());
+  JointVector elsewhere = at;
+  elsewhere[0] += 0.01;
+  EXPECT_TRUE(first.way_home(elsewhere).empty());
   EXPECT_TRUE(Finder(cell, {}, true, {}).next(home.back()));
 }
 

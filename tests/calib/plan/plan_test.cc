@@ -148,9 +148,9 @@ double most_off_m(const Plan& made, const ArmModel& arm, const Robot& robot, Ran
 TEST(Plan, SearchesOfALargeArmAllowForHowFarOffItsTolerancesPutIt) {
   Cell large = demo_cell();
   for (Joint& joint : large.robot.joints) joint.tolerance_length_m *= 1.7;
-  const double off_m = off_by_tolerances(large).robot.off_m;
+  const double off_m = with_tolerances({}, large).arm_off_m;
   EXPECT_GT(off_m, 0.015);
-  EXPECT_EQ(off_by_tolerances(demo_cell()).robot.off_m, 0.0);
+  EXPECT_EQ(with_tolerances({}, demo_cell()).arm_off_m, 0.0);
   const PlanOptions options = small();
   const Plan made = make_plan(large, options);
   for (const PlannedTouch& touch : made.touches) {
@@ -168,7 +168,7 @@ TEST(Plan, SearchesOfALargeArmAllowForHowFarOffItsTolerancesPutIt) {
   EXPECT_GT(beyond_usual, 4);
 
   for (Joint& joint : large.robot.joints) joint.tolerance_length_m = 1.0;
-  EXPECT_EQ(off_by_tolerances(large).robot.off_m, 0.025);
+  EXPECT_EQ(with_tolerances({}, large).arm_off_m, 0.025);
 }
 
 TEST(Plan, TouchesFromManySidesButNotThroughTheStand) {

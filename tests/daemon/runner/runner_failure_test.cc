@@ -247,5 +247,15 @@ TEST(ASession, ThatMeetsAnExceptionOfNobodysStopsTheArmAndEndsFailed) {
   EXPECT_EQ(session.recorder.ends[0].ending, Ending::kFailed);
 }
 
+TEST(AnAssessment, ThatFailsEndsNoSession) {
+  Session session({}, 2);
+  session.tasks.assess = [](const std::vector<calib::Touch>&) -> Tasks::Assessed {
+    throw std::runtime_error("not enough memory");
+  };
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? describe(*end.failure) : "");
+  EXPECT_EQ(session.recorder.touches.size(), 2u);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

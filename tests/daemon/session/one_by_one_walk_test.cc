@@ -166,6 +166,58 @@ TEST_F(OneByOneWalk, IdentifiesNothingWhereASphereWasNotFoundBehindAnInterruptio
   EXPECT_NE(walk.state.phase, Phase::kIdentifying);
 }
 
+TEST_F(OneByOneWalk, TakesEveryWayPointOutWhereverItWasInterrupted) {
+  walk.to_routing();
+  walk.state.waypoint = 2;  // of the way on which it was interrupted
+  auto none = std::make_shared<calib::Plan>(line_plan(0));
+  none->home = {{0.05}, {0.04}, {0.03}};
+  walk.on(EventKind::kRouted, [&](Event& event) {
+    offer(event).plan = none;
+    routed(event).not_found = true;
+  });
+  for (const double at_rad : {0.05, 0.04, 0.03}) {
+    ASSERT_EQ(walk.state.phase, Phase::kReturning);
+    expect_move(walk, MoveKind::kTransit, at_rad, 0.0, kWaypointS);
+    walk.on(EventKind::kArrived);
+  }
+  EXPECT_EQ(walk.state.failure->kind, FailureKind::kNotFound);
+}
+
+TEST_F(OneByOneWalk, IdentifiesNothingWhereThisComputerIsLateOnTheWayOut) {
+  walk.state.repeats = BusyRepeats{};
+  walk.to_routing();
+  auto none = std::make_shared<calib::Plan>(line_plan(0));
+  walk.on(EventKind::kRouted, [&](Event& event) {
+    offer(event).plan = none;
+    routed(event).not_found = true;
+  });
+  ASSERT_EQ(walk.state.phase, Phase::kReturning);
+  walk.on(EventKind::kContactSilent,
+          [](Event& event) { move(event).interruption = drivers::Interruption::kLateBytes; });
+  EXPECT_EQ(walk.state.phase, Phase::kRecovering);
+}
+
+TEST_F(OneByOneWalk, IdentifiesNothingWhereThisComputerIsLateBeforeTheFirstChoice) {
+  walk.state.repeats = BusyRepeats{};
+  walk.on(EventKind::kRun);
+  walk.on(EventKind::kPlanned,
+          [](Event& event) { offer(event).plan = std::make_shared<calib::Plan>(); });
+  walk.on(EventKind::kLinks);
+  walk.on(EventKind::kLinks);
+  ASSERT_EQ(walk.state.phase, Phase::kRouting);
+  walk.on(EventKind::kLinks, [](Event& event) {
+    links(event).contact = drivers::ContactLink::kFault;
+    links(event).fault = drivers::ContactFault::kSilent;
+    links(event).delivery.open = true;
+  });
+  EXPECT_EQ(walk.state.phase, Phase::kRecovering);
+  walk.on(EventKind::kLinks, [](Event& event) {
+    links(event).contact = drivers::ContactLink::kIdentifying;
+    ++links(event).delivery.late;
+  });
+  EXPECT_EQ(walk.state.phase, Phase::kRecovering);
+}
+
 TEST_F(OneByOneWalk, ReplacesTouchesThatCouldNotBeMadeButNotForEver) {
   walk.to_routing();
   next();

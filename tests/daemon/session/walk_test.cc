@@ -590,6 +590,18 @@ TEST(AnEnd, ThatNobodyThoughtOfStopsTheArmWhereverItMayBe) {
   EXPECT_EQ(rested.state.phase, Phase::kStopping);
 }
 
+TEST(AnEnd, KeepsItsCauseWhereTheJournalFailsWhileTheArmStops) {
+  Walk walk;
+  walk.to_fast_search();
+  walk.on(EventKind::kDeviceFailed);
+  ASSERT_EQ(walk.state.phase, Phase::kStopping);
+  walk.on(EventKind::kJournalFailed);
+  EXPECT_EQ(walk.state.phase, Phase::kStopping) << "rest is not confirmed yet";
+  walk.on(EventKind::kStopped);
+  EXPECT_EQ(walk.state.phase, Phase::kFailed);
+  EXPECT_EQ(walk.state.failure->kind, FailureKind::kDevice);
+}
+
 TEST(AContactClosedWhileAPathIsPlanned, IsNamedByTheSensor) {
   Walk walk;
   walk.to_routing();
