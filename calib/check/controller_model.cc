@@ -251,9 +251,11 @@ ControllerModel compare_controller_model(const Robot& robot, std::span<const Sta
   const ControllerModel direct = model;
   const FrameFit fit = estimated_frames(pairs, as_known.tool);
   note_worst(fit, pairs, poses, model);
-  if (model.worst_m > kModelLimitM) {
+  // Two or three postures may leave the fit in a local minimum.
+  const bool enough = poses.size() >= kFewestPostures;
+  if (enough && model.worst_m > kModelLimitM) {
     model.outcome = kDiffers;
-  } else if (fit.determined && poses.size() >= kFewestPostures) {
+  } else if (enough && fit.determined) {
     model.outcome = compared_frames(fit, known, model);
   } else {
     model = direct;

@@ -124,12 +124,15 @@ void put_size(const Eigen::VectorXd& size, const Eigen::MatrixXd& covariance,
   if (size.size() < 3) return;
   explanation.shift_m = size.head<3>();
   const Eigen::Matrix3d of_shift = covariance.topLeftCorner<3, 3>();
-  explanation.sigma = largest_sigma(of_shift);
-  const double length = explanation.shift_m.norm();
-  if (kCoverage * explanation.sigma > length)
-    explanation.amount =
-        std::max(0.0, length - kCoverage * sigma_along(of_shift, explanation.shift_m));
-  if (size.size() < 6) return;
+  const double length = explanation.shift_m.norm(), widest = largest_sigma(of_shift);
+  explanation.sigma = sigma_along(of_shift, explanation.shift_m);
+  if (size.size() < 6) {
+    const double least = length - kCoverage * explanation.sigma;
+    if (kCoverage * widest <= length || least <= 0.0) return;
+    explanation.amount = least;
+    explanation.sigma = widest;
+    return;
+  }
   explanation.amount = size.tail<3>().norm();
   explanation.turn_sigma = largest_sigma(covariance.bottomRightCorner<3, 3>());
 }

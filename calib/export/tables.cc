@@ -252,9 +252,8 @@ std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated) {
 }
 
 std::string arm_json(const Calibration& calibration) {
-  const RigidArm real = calibrated_rigid_arm(calibration);
-  JointFrames frames = joint_frames(real);
-  const OmittedEffects out = left_out(calibration, real);
+  JointFrames frames = joint_frames(calibrated_rigid_arm(calibration));
+  const OmittedEffects out = left_out(calibration, nearest_rigid_arm(calibration));
   const std::size_t first = calibration.cell.robot.first_turning();
   if (first > 0) frames.joints[1].origin = guide_axes(calibration.cell.robot).transpose();
   ordered_json json{{"format", "cellcal.arm/1"}, {"robot", calibration.cell.robot.name}};

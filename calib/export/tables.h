@@ -24,8 +24,8 @@ std::string unit_yaml(const Calibration& calibration, const PlacedJoint& placed)
 /// the sense of rotation.
 std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated);
 
-/// "cellcal.arm/1" (README.md): all that a program needs to compute the calibrated arm, and the deviation of the rigid
-/// part from it. Keys include the units.
+/// "cellcal.arm/1" (README.md): all that a program needs to compute the calibrated arm, and the deviation of the nearest
+/// rigid arm from it. Keys include the units.
 std::string arm_json(const Calibration& calibration);
 
 // Numbers and names in other programs' text formats, independent of the locale.

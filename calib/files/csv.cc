@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <boost/locale/encoding_utf.hpp>
 #include <charconv>
 #include <cmath>
 #include <iterator>
@@ -21,10 +20,22 @@ constexpr std::size_t kMaxLine = 1 << 16;
 
 std::string_view trim(std::string_view text) { return trimmed(text, " \t"); }
 
-bool is_comment(std::string_view line) {
-  line = trim(line);
-  return line.starts_with('#') || line.starts_with('%') || line.starts_with("//");
+/// Empty without one.
+std::string_view comment_mark(std::string_view line) {
+  for (const std::string_view mark : {"#", "%", "//"})
+    if (trim(line).starts_with(mark)) return mark;
+  return {};
 }
+
+/// "#VALUE!", "#DIV/0!", "#NAME?": a spreadsheet's cell without a value.
+bool is_cell_error(std::string_view field) {
+  if (field == "#N/A" || field == "#NV") return true;
+  return field.size() > 2 && field.front() == '#' && (field.back() == '!' || field.back() == '?') &&
+         std::all_of(field.begin() + 1, field.end() - 1,
+                     [](char c) { return (c >= 'A' && c <= 'Z') || c == '/' || c == '0'; });
+}
+
+bool is_comment(std::string_view line) { return !comment_mark(line).empty(); }
 
 /// "X_mm", "x mm" and "X-mm" are one name.
 std::string plain_name(std::string_view text) {
@@ -54,60 +65,6 @@ std::string name_here(std::string plain) {
 /// Words for a joint, in front of its number.
 constexpr std::string_view kJointWords[] = {"a",     "j",        "q",          "joint", "axis",
                                             "theta", "\xCE\xB8", "jointangle", "achse", "gelenk"};
-
-bool is_utf8(std::string_view text) {
-  for (std::size_t at = 0; at < text.size();) {
-    const CodePoint c = code_point_at(text, at);
-    if (!c.valid) return false;
-    at += c.length;
-  }
-  return true;
-}
-
-std::string from_windows_1252(std::string_view bytes, const std::string& name) {
-  // Code points of 0x80 to 0x9F; 0: none.
-  constexpr char16_t kHigh[32] = {0x20AC, 0,      0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021,
-                                  0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0,      0x017D, 0,
-                                  0,      0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014,
-                                  0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0,      0x017E, 0x0178};
-  std::string text;
-  for (std::size_t at = 0; at < bytes.size(); ++at) {
-    const auto byte = static_cast<unsigned char>(bytes[at]);
-    const char32_t c = byte >= 0x80 && byte < 0xA0 ? kHigh[byte - 0x80] : byte;
-    if (byte != 0 && c == 0)
-      throw FileError(name, ":" + std::to_string(1 + std::count(text.begin(), text.end(), '\n')) +
-                                ": neither UTF-8 nor Windows-1252");
-    append_utf8(c, text);
-  }
-  return text;
-}
-
-/// Files of other programs that hold tables.
-void refuse_workbook(std::string_view bytes, const std::string& name) {
-  constexpr std::pair<std::string_view, const char*> kKinds[] = {
-      {"PK\x03\x04", "a ZIP archive or an Excel or OpenDocument workbook"},
-      {"\xD0\xCF\x11\xE0", "an Excel workbook"},
-      {"MATLAB 5.0", "a MATLAB file"},
-      {"\x89HDF", "an HDF5 or MATLAB file"}};
-  for (const auto& [begin, kind] : kKinds)
-    if (bytes.starts_with(begin))
-      throw FileError(name, fmt::format(": is {}. Save the table as CSV", kind));
-}
-
-/// Replaces all occurrences of `what`. Returns true if there were any.
-bool replace_all(std::string& text, std::string_view what, char with) {
-  auto at = text.find(what);
-  if (at == std::string::npos) return false;
-  std::string replaced;
-  for (std::size_t from = 0; from < text.size(); at = text.find(what, from)) {
-    replaced.append(text, from, at - from);
-    if (at == std::string::npos) break;
-    replaced += with;
-    from = at + what.size();
-  }
-  text = std::move(replaced);
-  return true;
-}
 
 /// Number of occurrences outside quotes and a unit's brackets.
 std::size_t count_of(std::string_view line, char what) {
@@ -285,51 +242,7 @@ std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t
              : "one field per column is needed";
 }
 
-/// UTF-8, of lines that end in LF or CR LF. Adds to `odd` what it was instead.
-std::string plain_text(std::string_view bytes, const std::string& name,
-                       std::vector<std::string>& odd) {
-  constexpr std::string_view kMark = "\xEF\xBB\xBF";
-  refuse_workbook(bytes, name);
-  std::string text;
-  if (auto decoded = from_utf16(bytes, name)) {
-    text = std::move(*decoded);
-    odd.emplace_back("UTF-16");
-  } else if (bytes.starts_with(kMark)) {
-    text = bytes.substr(kMark.size());
-  } else if (is_utf8(bytes)) {
-    text = bytes;
-  } else {
-    text = from_windows_1252(bytes, name);
-    odd.emplace_back("Windows-1252");
-  }
-  if (text.find('\n') == std::string::npos && replace_all(text, "\r", '\n'))
-    odd.emplace_back("lines that end in CR");
-  if (replace_all(text, "\r\r\n", '\n')) odd.emplace_back("lines that end in CR CR LF");
-  replace_all(text, "\xC2\xA0", ' ');
-  replace_all(text, "\xE2\x80\xAF", ' ');
-  if (replace_all(text, "\xE2\x88\x92", '-')) odd.emplace_back("Unicode minus");
-  return text;
-}
-
 }  // namespace
-
-std::optional<std::string> from_utf16(std::string_view bytes, const std::string& name) {
-  const bool little = bytes.starts_with("\xFF\xFE");
-  if (!little && !bytes.starts_with("\xFE\xFF")) return std::nullopt;
-  bytes.remove_prefix(2);
-  std::u16string units;
-  for (std::size_t at = 0; at + 1 < bytes.size(); at += 2) {
-    const auto a = static_cast<unsigned char>(bytes[at]),
-               b = static_cast<unsigned char>(bytes[at + 1]);
-    units += static_cast<char16_t>(little ? a | b << 8 : b | a << 8);
-  }
-  try {
-    if (bytes.size() % 2 == 0)
-      return boost::locale::conv::utf_to_utf<char>(units, boost::locale::conv::stop);
-  } catch (const boost::locale::conv::conversion_error&) {  // as the odd byte
-  }
-  throw FileError(name, ": UTF-16 text is damaged or cut off");
-}
 
 CsvForm csv_form(std::string_view text, const std::string& name) {
   CsvForm form;
@@ -399,18 +312,30 @@ CsvTable::Column CsvTable::by_suffix(const std::string& name) const {
 
 void CsvTable::split(std::string_view line) {
   fields_.clear();
+  unescaped_.clear();
   while (true) {
     std::string_view field;
     const auto first =
         std::min(line.find_first_not_of(form_.separator == '\t' ? " " : " \t"), line.size());
     std::size_t end = line.find(form_.separator);
     if (line.substr(first).starts_with('"')) {
-      const auto close = line.find('"', first + 1);
+      auto close = line.find('"', first + 1);
+      bool escaped = false;  // RFC 4180: "" within quotes
+      while (close != std::string_view::npos && line.substr(close + 1).starts_with('"')) {
+        escaped = true;
+        close = line.find('"', close + 2);
+      }
       end = close == std::string_view::npos ? close : line.find(form_.separator, close);
       field = close == std::string_view::npos ? line : line.substr(first + 1, close - first - 1);
       if (close == std::string_view::npos ||
           !trim(line.substr(close + 1, std::min(end, line.size()) - close - 1)).empty())
         fail_row("quotes inside of a field, or none at its end");
+      if (escaped) {
+        std::string& plain = unescaped_.emplace_back(field);
+        for (std::size_t at = 0; (at = plain.find("\"\"", at)) != std::string::npos; ++at)
+          plain.erase(at, 1);
+        field = plain;
+      }
     } else {
       field = line.substr(0, end);
       if (field.find('"') != std::string_view::npos) fail_row("quotes inside of a field");
@@ -471,6 +396,9 @@ void CsvTable::read_header(std::string example) {
       if (columns_.back().is(columns_[i].name))
         fail_header("column \"" + shown(field) + "\" stands twice");
   }
+  const auto first = first_lines(rest_, 1);
+  begins_with_number_ =
+      !first.empty() && is_value(roughly_split(first[0], form_.separator).front());
 }
 
 int CsvTable::find(std::string_view column) const {
@@ -525,11 +453,11 @@ void CsvTable::refuse_unknown(const std::vector<std::string>& known) {
       fail_header("the header is one field, \"" + shown(column.name) +
                   "\"; separate fields by , ; or tab");
     for (const std::string& name : known)
-      for (const char* unit : {"deg", "mm"})
+      for (const auto& [unit, other] : {std::pair{"deg", "rad"}, {"mm", "m"}})
         if (suffixed.unit.empty() && plain_name(name) == suffixed.plain + unit)
           fail_header(
-              fmt::format("column \"{0}\" has no unit. Name it {1}, or {0} [m] and the like",
-                          shown(column.name), name));
+              fmt::format("column \"{0}\" has no unit. Name it {1}, or {0} [{2}] and the like",
+                          shown(column.name), name, other));
     fail_header(fmt::format("unknown column \"{}\". Rename or remove it; known here are: {}",
                             shown(column.name), fmt::join(known, ", ")));
   }
@@ -548,9 +476,41 @@ bool CsvTable::next_line(std::string_view& line) {
           return c == 0x7f || (static_cast<unsigned char>(c) < 0x20 && c != '\t');
         }))
       fail_row("NUL and other control characters cannot stand in this file");
-    if (!is_empty(line) && !is_comment(line)) return true;
+    if (is_empty(line)) continue;
+    if (!is_comment(line)) return true;
+    refuse_row_in_comment(line);
   }
   return false;
+}
+
+/// "#1,40,1200" and "#VALUE!,40,S1" would be lost. Prose has no numbers between its separators, and a row of numbers with
+/// a mark before the first one ("# 5,40,S1") is a comment.
+void CsvTable::refuse_row_in_comment(std::string_view line) {
+  if (columns_.empty()) return;
+  const std::string_view mark = comment_mark(line);
+  try {
+    split(line);
+  } catch (const FileError&) {  // no row
+    return;
+  }
+  while (fields_.size() > columns_.size() && fields_.back().empty()) fields_.pop_back();
+  const bool any_value =
+      std::any_of(fields_.begin() + 1, fields_.end(),
+                  [](std::string_view field) { return is_value(field) || field.starts_with('#'); });
+  if (fields_.size() != columns_.size() || !any_value ||
+      (hash_begins_comment_ && mark == "#" && !is_cell_error(fields_[0])) ||
+      (begins_with_number_ && is_value(trim(fields_[0].substr(mark.size())))))
+    return;
+  fail_row(fmt::format(
+      "{} fields as in a row, but \"{}\" begins a comment. Take the mark away, or remove the line",
+      fields_.size(), mark));
+}
+
+bool CsvTable::next() {
+  const bool any = next_row(columns_.size());
+  if (!any && !has_rows_) throw FileError(name_, ": no row after the header");
+  has_rows_ = true;
+  return any;
 }
 
 bool CsvTable::next_row(std::size_t columns) {

@@ -7,6 +7,7 @@
 // underscores or without, and other usual ones (Px, J1), Unicode's minus and no-break space. Messages:
 // "FILE:LINE: COLUMN: error".
 
+#include <deque>
 #include <functional>
 #include <optional>
 #include <string>
@@ -19,6 +20,11 @@ namespace cellcal::calib {
 
 /// In UTF-8; none without a byte order mark of UTF-16. Throws FileError for damaged text.
 std::optional<std::string> from_utf16(std::string_view bytes, const std::string& name);
+
+/// UTF-8, of lines that end in LF or CR LF. Adds to `odd` what it was instead. Throws FileError for damaged text and for
+/// workbooks.
+std::string plain_text(std::string_view bytes, const std::string& name,
+                       std::vector<std::string>& odd);
 
 /// Interpretation of a text.
 struct CsvForm {
@@ -54,8 +60,12 @@ class CsvTable {
   /// its suffix is one of them (A1_rad, sigma_um) is taken for it.
   void refuse_unknown(const std::vector<std::string>& known);
 
-  /// Advances to the next row; false at the end. Refuses rows with too few or too many fields.
-  bool next() { return next_row(columns_.size()); }
+  /// Every line that begins with # is a comment, as the format promises, save a spreadsheet's "#VALUE!".
+  void take_hash_as_comment() { hash_begins_comment_ = true; }
+  void take_no_rows() { has_rows_ = true; }
+  /// Advances to the next row; false at the end. Refuses rows with too few or too many fields, comments that may be
+  /// rows, and a table without rows.
+  bool next();
   int line() const { return line_; }
   int header_line() const { return header_line_; }
   std::string_view text(int column) const { return fields_[static_cast<std::size_t>(column)]; }
@@ -82,6 +92,7 @@ class CsvTable {
   bool next_line(std::string_view& line);
   bool next_row(std::size_t columns);
   void split(std::string_view line);
+  void refuse_row_in_comment(std::string_view line);
   void read_header(std::string example);
   /// Adds the units in the row below the header to `names`.
   void read_units(std::vector<std::string>& names);
@@ -91,6 +102,10 @@ class CsvTable {
   std::string_view rest_;
   std::vector<Column> columns_;
   std::vector<std::string_view> fields_;
+  std::deque<std::string> unescaped_;  ///< of `fields_`
+  bool begins_with_number_ = false;    ///< the first row
+  bool hash_begins_comment_ = false;
+  bool has_rows_ = false;
   int line_ = 0;
   int header_line_ = 0;
   mutable int comma_line_ = 0,

@@ -89,6 +89,28 @@ Withheld::~Withheld() {
   if (own != all.files.end()) all.files.erase(own);
 }
 
+namespace {
+
+thread_local UsedFiles* used_files = nullptr;
+
+}  // namespace
+
+UsedFiles::UsedFiles() { used_files = this; }
+
+UsedFiles::~UsedFiles() { used_files = nullptr; }
+
+void UsedFiles::note(const std::filesystem::path& file, As as) {
+  if (used_files != nullptr) used_files->files_.emplace_back(file, as);
+}
+
+std::optional<UsedFiles::As> UsedFiles::of(const std::filesystem::path& file) {
+  if (used_files == nullptr) return {};
+  std::error_code missing;
+  for (const auto& [used, as] : used_files->files_)
+    if (std::filesystem::equivalent(used, file, missing)) return as;
+  return {};
+}
+
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) {
   const std::string name = path.string();
   struct stat info {};
@@ -104,6 +126,7 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) 
   if (file.number() < 0 || ::fstat(file.number(), &info) != 0)
     throw FileError(name, ": cannot be opened; check its permissions");
   refuse_other_than_files(name, info, max_bytes);
+  UsedFiles::note(path, UsedFiles::As::kRead);
   std::string text;
   std::array<char, 1 << 16> block;
   while (true) {

@@ -5,9 +5,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "calib/model/error.h"
 
@@ -36,6 +38,25 @@ class Withheld {
  private:
   dev_t device_ = 0;
   ino_t inode_ = 0;
+};
+
+/// During its lifetime, the files that read_file() reads on this thread are noted, so that a program can
+/// refuse to replace them. Only one at a time; without one nothing is noted.
+class UsedFiles {
+ public:
+  enum class As { kRead, kWritten };
+
+  UsedFiles();
+  ~UsedFiles();
+  UsedFiles(const UsedFiles&) = delete;
+  UsedFiles& operator=(const UsedFiles&) = delete;
+
+  static void note(const std::filesystem::path& file, As as);
+  /// Use of the file that has this name, under any name; nullopt: unused.
+  static std::optional<As> of(const std::filesystem::path& file);
+
+ private:
+  std::vector<std::pair<std::filesystem::path, As>> files_;
 };
 
 // A refused value of a file whose place in the document is known.

@@ -336,6 +336,8 @@ double bounded(const CsvTable& table, int column, double most, const char* unit)
 
 std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell) {
   CsvTable table(text, name, joints_row(cell.robot) + ",target");
+  table.take_hash_as_comment();
+  table.take_no_rows();  // as a session without touches writes it
   auto known = joint_names(cell.robot);
   const Robot positioner = axes_of_positioner(cell.robot);
   std::ranges::move(joint_names(positioner), std::back_inserter(known));

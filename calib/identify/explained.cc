@@ -46,6 +46,7 @@ TouchEquations::TouchEquations(const Calibration& prior, const std::vector<Touch
     const Eigen::Index at = parameters_ + static_cast<Eigen::Index>(k);
     covariance_(at, at) = variances[k];
   }
+  sigma_m_ = noise_m2_.diagonal().cwiseSqrt();
 }
 
 void TouchEquations::set_aside(std::size_t touch) {

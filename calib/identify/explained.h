@@ -25,6 +25,8 @@ class TouchEquations {
   const Eigen::MatrixXd& covariance() const { return covariance_; }
   /// Covariance of the touches beyond all parameters [m^2].
   const Eigen::MatrixXd& noise_m2() const { return noise_m2_; }
+  /// Its square root per touch [m], also of those excluded.
+  const Eigen::VectorXd& sigma_m() const { return sigma_m_; }
   Eigen::Index parameters() const { return parameters_; }
   /// Excludes a touch from now on.
   void set_aside(std::size_t touch);
@@ -41,6 +43,7 @@ class TouchEquations {
   std::vector<ForeseenContact> contacts_;
   Eigen::VectorXd x_;
   Eigen::MatrixXd covariance_, noise_m2_;
+  Eigen::VectorXd sigma_m_;
 };
 
 /// One explanation with one size: resulting parameters and likelihood of the touches.

@@ -1,6 +1,7 @@
 #include "calib/identify/identify.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -111,9 +112,27 @@ bool likelier_than_model_error(const Cell& cell, const std::vector<Touch>& touch
          log_evidence_with_model(cell, touches, options) + kConfirmedOdds;
 }
 
+/// A wrong length is measured by the fit without it; the fit with it is spoilt.
+void measure_by(const Finding& cause, Verdict& verdict) {
+  const Quantity* measured = find(cause.evidence, "measured");
+  if (cause.cause != LikelyCause::kCertifiedLength || measured == nullptr) return;
+  for (Finding& one : verdict.findings)
+    if (one.kind == FindingKind::kCertifiedLength && one.about == cause.about)
+      for (Quantity& quantity : one.evidence) {
+        const Quantity& certified = *find(one.evidence, "certified");
+        if (quantity.name == "measured") quantity = *measured;
+        if (quantity.name == "apart")
+          quantity.value = std::abs(measured->value - certified.value) /
+                           std::hypot(measured->sigma, certified.sigma);
+      }
+}
+
 /// Adds the causes, likeliest first, before all other findings.
 void add(const std::vector<Finding>& causes, Verdict& verdict) {
-  for (auto one = causes.rbegin(); one != causes.rend(); ++one) verdict.add_first(*one);
+  for (auto one = causes.rbegin(); one != causes.rend(); ++one) {
+    measure_by(*one, verdict);
+    verdict.add_first(*one);
+  }
 }
 
 std::vector<Finding> findings_of(const std::vector<Cause>& causes) {
@@ -164,7 +183,7 @@ Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches
                              Calibration calibration) {
   if (const auto wrong = wrong_measure(cell, touches, options, calibration)) {
     calibration.moved.clear();  // a wrong length displaces spheres
-    calibration.verdict.add_first(*wrong);
+    add({*wrong}, calibration.verdict);
     return calibration;
   }
   // With so few touches any hypothesis would explain them.

@@ -176,7 +176,7 @@ void judge_update(Calibration& c) {
     finding.evidence.push_back(
         {"probability", 100.0 * origin.explanations.front().probability, "%"});
   }
-  finding.evidence.push_back({"touches", static_cast<double>(origin.touches), ""});
+  finding.evidence.push_back({"touches", static_cast<double>(origin.touches - origin.set_aside.size()), ""});
   finding.evidence.push_back(in_mm("reached", origin.reached_m));
   finding.evidence.push_back(in_mm("before", origin.before_m));
   if (origin.on_positioner) finding.evidence.push_back({"on_positioner", 1.0, ""});
@@ -289,7 +289,7 @@ void fill_residuals(const TouchEquations& touches, const Weighed& best,
   for (Eigen::Index k = 0; k < before.size(); ++k) {
     const auto t = static_cast<std::size_t>(k);
     const ForeseenContact& contact = touches.contacts()[t];
-    c.residuals.push_back({t, before[k], after[k], after[k] / std::sqrt(touches.noise_m2()(k, k)),
+    c.residuals.push_back({t, before[k], after[k], after[k] / touches.sigma_m()[k],
                            std::ranges::find(set_aside, t) != set_aside.end() ||
                                (best.change.kind == ChangeKind::kTouch && best.change.index == t),
                            (contact.tip_m - contact.centre_m).normalized()});
@@ -297,6 +297,22 @@ void fill_residuals(const TouchEquations& touches, const Weighed& best,
   c.before = summary(c.residuals, &TouchResidual::before_m);
   c.after = summary(c.residuals, &TouchResidual::after_m);
   c.check = c.check_before = {};
+}
+
+/// The touches that were set aside.
+std::vector<Outlier> outliers_of(const Calibration& c, const std::vector<Touch>& touches) {
+  std::vector<Outlier> outliers;
+  for (const TouchResidual& r : c.residuals) {
+    if (!r.outlier) continue;
+    const std::string& id = touches[r.touch].target;
+    outliers.push_back({.touch = r.touch,
+                        .residual_m = r.after_m,
+                        .kind = OutlierKind::kOffItsTarget,
+                        .target = id,
+                        .target_kind = c.cell.targets[c.cell.target_index(id)].kind,
+                        .sigmas = std::abs(r.whitened)});
+  }
+  return outliers;
 }
 
 /// Removes results on the touches of the last session.
@@ -422,6 +438,7 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
   origin.not_found = facts.not_found;
   origin.before_m = origin.reached_m = foreseen_error_m(last, workspace);
   Calibration c = last;
+  std::vector<Outlier> outliers;
   if (touches.size() >= kLeastUpdateTouches) {
     TouchEquations equations(prior, touches);
     const Resolved r = resolve(prior, equations);
@@ -429,6 +446,7 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
     origin.set_aside = r.set_aside;
     c = at(last, prior, mean_of(equations, r.all));
     fill_residuals(equations, best, r.set_aside, c);
+    outliers = outliers_of(c, touches);
     c.chi2 = origin.chi2 = r.enough.chi2;
     c.degrees_of_freedom = origin.degrees_of_freedom = r.enough.degrees_of_freedom;
     c.chi2_per_dof = origin.chi2 / std::max(1.0, origin.degrees_of_freedom);
@@ -462,6 +480,7 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
   }
   if (!facts.not_found.empty()) origin.outcome = UpdateOutcome::kNotFound;
   forget_session(c);
+  c.outliers = std::move(outliers);
   c.update = std::move(origin);
   judge_update(c);
   return c;

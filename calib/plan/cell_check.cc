@@ -154,9 +154,11 @@ bool joins(const CertifiedLength& one, const std::string& a, const std::string& 
 void compare_lengths_of_one_pair(const Cell& cell, std::vector<CellFault>& faults) {
   for (auto one = cell.lengths.begin(); one != cell.lengths.end(); ++one)
     for (auto other = one + 1; other != cell.lengths.end(); ++other) {
+      if (!joins(*one, other->from, other->to)) continue;
       const double sigma = std::hypot(one->sigma_m, other->sigma_m);
-      if (joins(*one, other->from, other->to) &&
-          std::abs(one->length_m - other->length_m) > kMistakeSigmas * sigma)
+      if (one->length_m == other->length_m && one->sigma_m == other->sigma_m)
+        faults.push_back({Kind::kLengthTwice, true, {one->from, one->to}, one->length_m});
+      else if (std::abs(one->length_m - other->length_m) > kMistakeSigmas * sigma)
         faults.push_back({Kind::kTwoLengths,
                           true,
                           {one->from, one->to},

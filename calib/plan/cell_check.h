@@ -28,6 +28,7 @@ enum class CellFaultKind {
   kCentre,              ///< only lengths at the first id disagree, several. a: the largest
   kLengthTooShort,      ///< the spheres would intersect. a: stated, b: both radii
   kTwoLengths,          ///< of one pair, which disagree. a, b: stated
+  kLengthTwice,         ///< the same certificate: it would count as two measurements. a: stated
   kTriangle,            ///< three lengths form no triangle. a: longest, b: the others' sum
   kOverlap,             ///< two spheres intersect. a: between centres, b: both radii
   kInside,              ///< a sphere inside an object. a: depth

@@ -13,6 +13,7 @@
 #include "calib/model/inverse.h"
 #include "calib/model/units.h"
 #include "calib/plan/finder.h"
+#include "calib/words/phrase.h"
 
 namespace cellcal::calib {
 
@@ -245,10 +246,11 @@ PlanError too_uncertain(const Sought& one, const std::string& id) {
                          ? "Give the arm more room around it, or measure its centre and state it "
                            "as centre_mm"
                          : "Measure its centre and state it as centre_mm";
+  const double u_mm = 2e3 * one.sigma_m, limit_mm = 2e3 * kFoundSigmaM;
   return {PlanError::Kind::kNotFound, id,
-          fmt::format("sphere {}: centre ± {:.1f} mm (k=2) after {} touches, limit {:g} mm. All "
+          fmt::format("sphere {}: centre ± {:.{}f} mm (k=2) after {} touches, limit {:g} mm. All "
                       "lie within {:.0f} deg as seen from its centre. {}",
-                      id, 2e3 * one.sigma_m, one.tips.size(), 2e3 * kFoundSigmaM,
+                      id, u_mm, decimals_apart(u_mm, limit_mm, 1), one.tips.size(), limit_mm,
                       widest_rad * kDegPerRad, todo)};
 }
 

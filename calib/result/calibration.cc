@@ -69,6 +69,17 @@ void Verdict::add_first(Finding finding) {
   findings.insert(place, std::move(finding));
 }
 
+std::vector<ZeroOffset> zero_offsets(const Calibration& c) {
+  std::vector<ZeroOffset> all;
+  for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
+    const Joint& joint = c.cell.robot.joints[i];
+    if (const auto* found = find(c, joint_parameter(ParameterKind::kTheta, i)))
+      all.push_back(
+          {joint.name, joint.sign * found->correction, found->sigma, found->decided_by});
+  }
+  return all;
+}
+
 std::vector<JointFunction> joint_functions(const Calibration& c) {
   constexpr double kStepRad = 0.5 * kRadPerDeg, kNormal975 = 1.959963984540054;
   std::vector<JointFunction> all;

@@ -345,6 +345,15 @@ inline double correction_of(const Calibration& c, const ParameterKey& key) {
   return found == nullptr ? 0.0 : found->correction;
 }
 
+/// Zero of an axis, in the sense in which the axis counts: to be added to the angle shown.
+struct ZeroOffset {
+  std::string joint;
+  double offset_rad = 0.0, sigma_rad = 0.0;
+  DecidedBy decided_by = DecidedBy::kData;
+};
+/// For the joints with an estimated zero.
+std::vector<ZeroOffset> zero_offsets(const Calibration& c);
+
 /// f_i of one joint over the touched angles, at most half a degree apart.
 struct JointFunction {
   std::size_t joint = 0;

@@ -136,12 +136,14 @@ Phrase state_phrase(const DriftChart& chart) {
     return {"say.drift.active",
             {{"session", *chart.alarmed_at},
              {"newest", newest->check.session},
-             {"percent", 100.0 * newest->share}}};
+             {"percent", 100.0 * newest->share},
+             {"limit", 100.0}}};
   return {"say.drift.state",
           {{"state", opening(chart.state)},
            {"mm", newest->off_m.norm() * kMmPerM},
            {"u", kDriftCoverage * sigma_m(*newest, chart.noise) * kMmPerM},
            {"percent", 100.0 * newest->share},
+           {"limit", 100.0},
            {"checks", chart.counted}}};
 }
 

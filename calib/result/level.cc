@@ -1,6 +1,7 @@
 #include "calib/result/level.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -154,7 +155,11 @@ Phrase phrase(const Cell& cell, const ModelLevel& level) {
       std::any_of(cell.other_tools.begin(), cell.other_tools.end(),
                   [](const Tool& tool) { return tool.deflection_sigma > 0.0; }))
     add("say.level.bending");
-  if (level.compliance > 0.0) add("say.level.compliance");
+  constexpr double kShown = 0.005;  // of the prior
+  if (level.compliance > 0.0)
+    add(std::abs(level.compliance - 1.0) < kShown
+            ? Phrase("say.level.compliance")
+            : Phrase("say.level.compliance.sized", {{"size", level.compliance}}));
   if (level.play > 0.0) add("say.level.play");
   if (level.transmission > 0.0)
     add({"say.level.transmission",

@@ -52,7 +52,8 @@ struct Explanation {
   /// kJoint: rad, in the controller's sense; kGrowth: 1; kTouch: m, outwards; kPositioner: rad, of
   /// its turn; kTool, kSphere: least length (k=2) [m] of a shift known along its touches only, otherwise 0.
   double amount = 0.0;
-  double sigma = 0.0;       ///< of the shift in its least known direction, or of the amount
+  /// Along the shift, or in its least known direction where only its least length is stated; or of the amount.
+  double sigma = 0.0;
   double turn_sigma = 0.0;  ///< kPositioner: of its turn [rad]
 };
 

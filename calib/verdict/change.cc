@@ -111,7 +111,10 @@ ParameterDifferences parameter_differences(const Calibration& before, const Cali
     }
     const ParameterResult& was = *found->second;
     were.erase(found);
-    if (was.decided_by == DecidedBy::kFrame || now.decided_by == DecidedBy::kFrame) continue;
+    if (was.decided_by == DecidedBy::kFrame || now.decided_by == DecidedBy::kFrame) {
+      differences.not_compared.push_back(std::move(name));
+      continue;
+    }
     MovedParameter one{std::move(name),
                        now.unit,
                        now.to_unit,

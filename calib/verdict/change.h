@@ -48,10 +48,11 @@ struct ParameterDifferences {
   /// By more than twice the root of both variances, in descending order of that ratio.
   std::vector<MovedParameter> moved;
   std::vector<std::string> only_before, only_after;  ///< e.g. a target's, a level's
+  /// Determined by the choice of the frame in either: these may differ though the arm has not changed.
+  std::vector<std::string> not_compared;
 };
 
 /// Parameters are matched by name: another cell file may list the targets in another order.
-/// Parameters that the frame determines in either are not compared.
 ParameterDifferences parameter_differences(const Calibration& before, const Calibration& after);
 
 // Distance of the tips of two descriptions of one arm, over the poses of a verdict's scope.

@@ -69,6 +69,25 @@ std::string words_of(const PhraseValue& value, const std::string& form,
   return words_of(value, "", language);  // a phrase from elsewhere may have a value of another type
 }
 
+double number_in(const PhraseValue& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value.value))
+    return static_cast<double>(*whole);
+  const auto* number = std::get_if<double>(&value.value);
+  return number == nullptr ? std::nan("") : *number;
+}
+
+/// ".3f" of `form` ".3f!limit", with the decimals that `value` and `limit` take.
+std::string fixed_form(const std::string& form, const PhraseValue& value, const Phrase& phrase) {
+  const std::size_t mark = form.find('!');
+  if (mark == std::string::npos) return form;
+  const std::string name = form.substr(mark + 1);
+  const auto limit = std::ranges::find(phrase.values(), name, &PhraseValue::name);
+  const int least = std::clamp(form[1] - '0', 0, 9);
+  return fmt::format(".{}f", limit == phrase.values().end()
+                                 ? least
+                                 : decimals_apart(number_in(value), number_in(*limit), least));
+}
+
 std::string filled(const std::string& sentence, const Phrase& phrase, const Language& language) {
   std::string text;
   std::size_t at = 0;
@@ -80,10 +99,13 @@ std::string filled(const std::string& sentence, const Phrase& phrase, const Lang
     const auto value =
         std::ranges::find(phrase.values(), place.substr(0, colon), &PhraseValue::name);
     text += sentence.substr(at, open - at);
-    text +=
-        value == phrase.values().end()
-            ? "{" + place + "}"
-            : words_of(*value, colon == std::string::npos ? "" : place.substr(colon + 1), language);
+    text += value == phrase.values().end()
+                ? "{" + place + "}"
+                : words_of(*value,
+                           colon == std::string::npos
+                               ? ""
+                               : fixed_form(place.substr(colon + 1), *value, phrase),
+                           language);
     at = close + 1;
   }
   return text + sentence.substr(at);
@@ -119,6 +141,15 @@ Phrase joined(const char* separator, const Phrase& a, const Phrase& b) {
   if (a.empty()) return b;
   if (b.empty()) return a;
   return {separator, {{"a", a}, {"b", b}}};
+}
+
+int decimals_apart(double a, double b, int least) {
+  constexpr int kMost = 9;
+  for (int decimals = least; decimals <= kMost; ++decimals)
+    if (fmt::format("{:.{}f}", std::abs(a), decimals) !=
+        fmt::format("{:.{}f}", std::abs(b), decimals))
+      return decimals;
+  return least;
 }
 
 std::optional<std::string> sentence_of(const std::string& id, const Language& language) {

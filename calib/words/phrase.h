@@ -51,7 +51,8 @@ class Phrase {
   std::vector<PhraseValue> values_;
 };
 
-/// Fills {name} or {name:.2f} of a sentence; behind the colon as in fmt, or C: with a capital.
+/// Fills {name} or {name:.2f} of a sentence; behind the colon as in fmt, or C: with a capital. {name:.2f!limit} is
+/// compared with the value `limit`: decimals_apart().
 struct PhraseValue {
   template <std::integral T>
   PhraseValue(std::string its_name, T number)
@@ -68,6 +69,9 @@ struct PhraseValue {
 
 /// "a; b" with the separator's own id ("say.join.semicolon": "{a}; {b}"). Empty ones are left out.
 Phrase joined(const char* separator, const Phrase& a, const Phrase& b);
+
+/// Decimals, `least` or more, with which the absolute values differ in print; `least` if nine are not enough.
+int decimals_apart(double a, double b, int least);
 
 /// Numbers have the language's decimal mark. A value that the sentence names and the phrase lacks stays {name}.
 std::string words(const Phrase& phrase, const Language& language = {});

@@ -154,17 +154,14 @@ void put_in_use(Exposition& out, const calib::Calibration& used) {
     out.sample(used.nominal_workspace_u_m, {{"over", "workspace"}});
   }
   out.family("cellcal_joint_zero_degrees", "gauge",
-             "How far a joint's zero is from nominal, by the calibration in use.");
-  const auto zeros = [&](double calib::ParameterResult::*figure) {
-    for (const calib::ParameterResult& one : used.parameters) {
-      if (one.key.kind != calib::ParameterKind::kTheta || one.key.joint < 0) continue;
-      const auto& joint = used.cell.robot.joints.at(static_cast<std::size_t>(one.key.joint));
-      out.sample(one.*figure * calib::kDegPerRad, {{"joint", joint.name}});
-    }
+             "To be added to the angle that the controller shows, by the calibration in use.");
+  const auto zeros = [&](double calib::ZeroOffset::*figure) {
+    for (const calib::ZeroOffset& one : zero_offsets(used))
+      out.sample(one.*figure * calib::kDegPerRad, {{"joint", one.joint}});
   };
-  zeros(&calib::ParameterResult::correction);
+  zeros(&calib::ZeroOffset::offset_rad);
   out.family("cellcal_joint_zero_sigma_degrees", "gauge", "1 sigma of it.");
-  zeros(&calib::ParameterResult::sigma);
+  zeros(&calib::ZeroOffset::sigma_rad);
 }
 
 void put_drift(Exposition& out, const calib::DriftChart& chart) {

@@ -511,16 +511,13 @@ json shown_joints(const calib::JointVector& joint_rad, const calib::Robot& robot
 
 namespace {
 
-/// Zero offset of each joint relative to nominal, with 1 sigma.
+/// With 1 sigma.
 json zeros_to_json(const calib::Calibration& found) {
   json list = json::array();
-  for (const calib::ParameterResult& one : found.parameters) {
-    if (one.key.kind != calib::ParameterKind::kTheta || one.key.joint < 0) continue;
-    list.push_back(
-        {{"joint", found.cell.robot.joints.at(static_cast<std::size_t>(one.key.joint)).name},
-         {"deg", number(one.correction, calib::kDegPerRad)},
-         {"sigma_deg", number(one.sigma, calib::kDegPerRad)}});
-  }
+  for (const calib::ZeroOffset& one : zero_offsets(found))
+    list.push_back({{"joint", one.joint},
+                    {"deg", number(one.offset_rad, calib::kDegPerRad)},
+                    {"sigma_deg", number(one.sigma_rad, calib::kDegPerRad)}});
   return list;
 }
 

@@ -24,6 +24,7 @@
 #include "daemon/runner/backend.h"
 #include "daemon/session/phase.h"
 #include "daemon/tasks/options.h"
+#include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 
@@ -211,14 +212,31 @@ std::optional<Response> Api::check(const Call& call) {
   return document(call, &SessionRecord::document, SessionKind::kCheck);
 }
 
+namespace {
+
+/// The session's file; where its folder was lost, the same made from the journal.
+template <class Make>
+std::string file_or(const std::filesystem::path& file, Journal& journal,
+                    const SessionRecord& record, const calib::Language& language,
+                    const Make& make) {
+  if (std::filesystem::exists(file)) return calib::read_file(file);
+  if (record.calibration.empty()) throw no_result(record.id);
+  ReportInput report = report_from_journal(journal, record);
+  report.language = language;
+  return make(report);
+}
+
+}  // namespace
+
 std::optional<Response> Api::report(const Call& call) {
-  const std::int64_t session = find(call).id;
-  const std::filesystem::path results = service_.results_dir(session);
-  std::filesystem::path path = results / report_name(language_in(call.request));
+  const SessionRecord record = find(call);
+  const calib::Language language = language_in(call.request);
+  const std::filesystem::path results = service_.results_dir(record.id);
+  std::filesystem::path path = results / report_name(language);
   // Sessions of earlier versions have it in English alone.
   if (!std::filesystem::exists(path)) path = results / report_name({});
-  if (!std::filesystem::exists(path)) throw no_result(session);
-  Response page{200, "text/html; charset=utf-8", calib::read_file(path)};
+  Response page{200, "text/html; charset=utf-8",
+                file_or(path, journal_, record, language, html_report)};
   // Same origin as the page, but sandboxed, whatever text the report contains.
   page.headers = {{"Content-Security-Policy",
                    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"}};
@@ -226,11 +244,13 @@ std::optional<Response> Api::report(const Call& call) {
 }
 
 std::optional<Response> Api::plots(const Call& call) {
-  const std::int64_t session = find(call).id;
-  const std::filesystem::path path =
-      service_.results_dir(session) / plots_name(language_in(call.request));
-  if (!std::filesystem::exists(path)) throw no_result(session);
-  return Response{200, "application/json", calib::read_file(path)};
+  const SessionRecord record = find(call);
+  const calib::Language language = language_in(call.request);
+  return Response{200, "application/json",
+                  file_or(service_.results_dir(record.id) / plots_name(language), journal_, record,
+                          language, [&](const ReportInput& report) {
+                            return plots_json(record.id, report_plots(report));
+                          })};
 }
 
 Response Api::document(const Call& call, std::string SessionRecord::*text, SessionKind kind) {

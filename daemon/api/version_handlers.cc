@@ -67,7 +67,8 @@ json to_json(const Comparison& all) {
              {"expected_mm", nullptr},
              {"moved", json::array()},
              {"only_before", all.parameters.only_before},
-             {"only_after", all.parameters.only_after}};
+             {"only_after", all.parameters.only_after},
+             {"not_compared", all.parameters.not_compared}};
   if (all.apart) {
     value["poses"] = all.apart->poses;
     value["mean_mm"] = all.apart->mean_apart_m * kMmPerM;

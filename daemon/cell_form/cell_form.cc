@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <map>
 
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
@@ -14,7 +12,6 @@
 #include "calib/files/robot_file.h"
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
-#include "calib/model/enum_table.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/plan.h"
@@ -47,10 +44,15 @@ NamedRobotFile find_robot(const std::string& given, const std::filesystem::path&
 }
 
 calib::Cell cell_of(const CellForm& form) {
-  calib::Cell cell =
-      calib::parse_cell({"new cell", cell_text(form), form.robot.name, form.robot.text});
-  calib::load_meshes(cell, {});  // absolute paths
-  return cell;
+  const std::string name = "new cell";
+  try {
+    calib::Cell cell = calib::parse_cell({name, cell_text(form), form.robot.name, form.robot.text});
+    calib::load_meshes(cell, {});  // absolute paths
+    return cell;
+  } catch (const calib::KeyError& error) {
+    if (error.file != name) throw;
+    throw calib::KeyError("", "", error.path, error.reason);  // no file has the line
+  }
 }
 
 calib::Cell sketch_of(const CellForm& form) {
@@ -96,7 +98,7 @@ std::optional<FormFault> fault_in(const CellForm& form) {
         return FormFault{wrong, key_of(fault, form), wrong};
       }
   } catch (const calib::KeyError& error) {
-    return FormFault{error.what(), form_key(error.path), error.reason};
+    return FormFault{words_at_origin(error, form), form_key(error.path), error.reason};
   } catch (const calib::FileError& error) {
     return FormFault{error.what()};
   }
@@ -470,129 +472,6 @@ UploadedCell uploaded_cell(const std::string& text, const std::string& name) {
   for (ObstacleForm& one : uploaded.form.obstacles)
     if (!one.file.empty()) uploaded.missing.push_back(std::exchange(one.file, {}));
   return uploaded;
-}
-
-// Fields of the form for keys of files and faults of cells.
-
-namespace {
-
-/// Table of the cell file or of the form's JSON.
-struct Rows {
-  const char* name;   ///< in the form
-  std::size_t first;  ///< number of its first row in the path
-};
-
-const Rows* rows_named(std::string_view name) {
-  static const std::map<std::string_view, Rows> kRows{
-      {"target", {"spheres", 1}},  {"length", {"lengths", 1}},  {"obstacle", {"obstacles", 1}},
-      {"spheres", {"spheres", 0}}, {"lengths", {"lengths", 0}}, {"obstacles", {"obstacles", 0}}};
-  const auto found = kRows.find(name);
-  return found == kRows.end() ? nullptr : &found->second;
-}
-
-std::string field_named(std::string_view key) {
-  static const std::map<std::string_view, std::string_view> kFields{
-      {"search_low_mm", "box_mm"}, {"search_high_mm", "box_mm"}, {"between", "from"}};
-  const auto found = kFields.find(key);
-  return std::string(found == kFields.end() ? key : found->second);
-}
-
-}  // namespace
-
-std::string form_key(std::string_view path) {
-  if (path.starts_with('.')) path.remove_prefix(1);
-  const std::size_t open = path.find('['), close = path.find(']');
-  if (open == std::string_view::npos || path.find('.') < open)
-    return std::string(path.substr(0, open));
-  if (close == std::string_view::npos || close < open) return {};
-  const Rows* rows = rows_named(path.substr(0, open));
-  std::size_t row = 0;
-  const auto [end, error] = std::from_chars(path.data() + open + 1, path.data() + close, row);
-  if (rows == nullptr || error != std::errc() || end != path.data() + close || row < rows->first)
-    return {};
-  std::string_view field = path.substr(close + 1);
-  if (field.starts_with('.')) field.remove_prefix(1);
-  field = field.substr(0, field.find_first_of(".["));
-  return std::string(rows->name) + '.' + std::to_string(row - rows->first) +
-         (field.empty() ? "" : '.' + field_named(field));
-}
-
-namespace {
-
-enum class Place { kNone, kSphere, kLength, kTool, kObstacle };
-
-struct FaultyField {
-  Place place = Place::kNone;
-  const char* field = "";
-};
-
-FaultyField field_of(calib::CellFaultKind kind) {
-  using enum calib::CellFaultKind;
-  static constexpr EnumTable<calib::CellFaultKind, FaultyField> kTable{
-      {{kLength, {Place::kLength, "mm"}},
-       {kSurfaces, {Place::kLength, "mm"}},
-       {kDecimalPoint, {Place::kLength, "mm"}},
-       {kCentresExchanged, {Place::kSphere, "centre_mm"}},
-       {kCentre, {Place::kSphere, "centre_mm"}},
-       {kLengthTooShort, {Place::kLength, "mm"}},
-       {kTwoLengths, {Place::kLength, "mm"}},
-       {kTriangle, {Place::kLength, "mm"}},
-       {kOverlap, {Place::kSphere, "centre_mm"}},
-       {kInside, {Place::kSphere, "centre_mm"}},
-       {kOutOfReach, {Place::kSphere, "centre_mm"}},
-       {kCentreInMetres, {Place::kSphere, "centre_mm"}},
-       {kToolInMetres, {Place::kTool, "xyz_mm"}},
-       {kDiameterInMetres, {Place::kSphere, "diameter_mm"}},
-       {kUnusualDiameter, {Place::kSphere, "diameter_mm"}},
-       {kMeshInMetres, {Place::kObstacle, "file"}},
-       {kTouchSigma, {}},
-       {kCertifiedSigma, {Place::kLength, "sigma_mm"}},
-       {kToolTooHeavy, {Place::kTool, "mass_kg"}},
-       {kInColumn, {Place::kSphere, "centre_mm"}},
-       {kLargeBall, {Place::kTool, "tip_radius_mm"}},
-       {kShaftTouchesFirst, {Place::kTool, "xyz_mm"}},
-       {kShankTouchesFirst, {Place::kTool, "tip_radius_mm"}},
-       {kPositionerUnloaded, {}},
-       {kToolAcross, {Place::kTool, "xyz_mm"}},
-       {kDescription, {}},
-       {kGoal, {}},
-       {kRequired, {}},
-       {kRadiusOffset, {}}}};
-  return kTable[kind];
-}
-
-std::string in_row(const char* rows, std::ptrdiff_t row, std::ptrdiff_t of, const char* field) {
-  return row == of ? "" : std::string(rows) + '.' + std::to_string(row) + '.' + field;
-}
-
-std::string in_row_of(const char* name, const auto& rows, const std::string& id,
-                      const char* field) {
-  const auto found = std::ranges::find_if(rows, [&](const auto& one) { return one.id == id; });
-  return in_row(name, found - rows.begin(), std::ssize(rows), field);
-}
-
-std::string in_length(const CellForm& form, const std::vector<std::string>& ids,
-                      const char* field) {
-  const auto joins = [&](const LengthForm& one) {
-    return (one.from == ids[0] && one.to == ids[1]) || (one.from == ids[1] && one.to == ids[0]);
-  };
-  const auto found = std::ranges::find_if(form.lengths, joins);
-  return in_row("lengths", found - form.lengths.begin(), std::ssize(form.lengths), field);
-}
-
-}  // namespace
-
-std::string key_of(const calib::CellFault& fault, const CellForm& form) {
-  const FaultyField field = field_of(fault.kind);
-  if (field.place == Place::kTool) return std::string("tool.") + field.field;
-  if (field.place == Place::kNone || fault.ids.empty()) return {};
-  if (field.place == Place::kSphere)
-    return in_row_of("spheres", form.spheres, fault.ids[0], field.field);
-  if (field.place == Place::kObstacle)
-    return in_row_of("obstacles", form.obstacles, fault.ids[0], field.field);
-  if (fault.ids.size() > 1) return in_length(form, fault.ids, field.field);
-  if (fault.kind != calib::CellFaultKind::kCertifiedSigma) return {};
-  return in_row_of("spheres", form.spheres, fault.ids[0], "diameter_sigma_mm");
 }
 
 }  // namespace cellcal::daemon

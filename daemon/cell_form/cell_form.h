@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/files/input_file.h"
 #include "calib/model/robot.h"
 #include "calib/plan/cell_check.h"
 
@@ -50,12 +51,14 @@ struct SphereForm {
   std::optional<std::array<Triple, 2>> box_mm{};
   std::string serial{};
   CertificateForm certificate{};
+  std::string origin{};  ///< "spheres.csv:3"; empty: not of a file
 };
 
 struct LengthForm {
   std::string from, to;
   double mm = 0.0, sigma_mm = 0.0;
   CertificateForm certificate{};
+  std::string origin{};  ///< as of a sphere
 };
 
 /// A static object to be avoided. Of the sizes those of its shape are used.
@@ -88,7 +91,7 @@ calib::Cell cell_of(const CellForm& form);
 calib::Cell sketch_of(const CellForm& form);
 /// Why a form is refused, and the field to change.
 struct FormFault {
-  std::string words{};  ///< fault and remedy
+  std::string words{};  ///< fault and remedy, after the row's origin
   std::string key{};    ///< of form_from_json(): "spheres.1.diameter_mm"; empty: of no single field
   std::string reason{};  ///< to be shown at the field: `words` without file and line
 };
@@ -98,6 +101,8 @@ std::optional<FormFault> fault_in(const CellForm& form);
 std::string objection(const CellForm& form);
 /// Key of the form for that of a cell file or of the form's JSON: "target[2].diameter_mm" is "spheres.1.diameter_mm".
 std::string form_key(std::string_view path);
+/// The error, at the row of a list that the value was read from.
+std::string words_at_origin(const calib::KeyError& error, const CellForm& form);
 
 /// Tip position of the nominal arm with this tool, at the angles as the pendant shows them: A1 first, a linear unit
 /// [mm] behind the arm's. Throws calib::FileError for an invalid posture.

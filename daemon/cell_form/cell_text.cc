@@ -460,8 +460,8 @@ auto rows(std::string_view text, const std::string& name, const std::vector<std:
   while (table.next()) {
     if (all.size() == kMostRows) throw calib::FileError(name, ": more than 1000 rows");
     all.push_back(row(table, name));
+    all.back().origin = fmt::format("{}:{}", name, table.line());
   }
-  if (all.empty()) throw calib::FileError(name, ": no row after the header");
   return all;
 }
 
@@ -493,6 +493,12 @@ void take(const calib::CsvTable& table, const char* column, double& value) {
     value = table.number(found);
 }
 
+template <typename Forms>
+Forms of_file(Forms all, const std::string& name) {
+  for (auto& one : all) one.origin = name;
+  return all;
+}
+
 void refuse_micrometres(const calib::CsvTable& table, const char* column, double sigma_mm) {
   if (sigma_mm <= calib::kMostCertifiedSigmaM * calib::kMmPerM) return;
   table.fail(table.find(column),
@@ -504,7 +510,7 @@ void refuse_micrometres(const calib::CsvTable& table, const char* column, double
 }  // namespace
 
 std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& file) {
-  if (is_xml(csv)) return spheres_in_dcc(csv, file);
+  if (is_xml(csv)) return of_file(spheres_in_dcc(csv, file), file);
   return rows(csv, file,
               {"id", "diameter_mm", "diameter_sigma_mm", "x_mm", "y_mm", "z_mm", "centre_sigma_mm",
                "serial", "certificate", "certificate_date"},
@@ -524,7 +530,7 @@ std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& file
 }
 
 std::vector<LengthForm> certificate_in(std::string_view csv, const std::string& file) {
-  if (is_xml(csv)) return lengths_in_dcc(csv, file);
+  if (is_xml(csv)) return of_file(lengths_in_dcc(csv, file), file);
   return rows(csv, file, {"from", "to", "mm", "sigma_mm", "certificate", "certificate_date"},
               [](const calib::CsvTable& table, const std::string& name) {
                 LengthForm length;

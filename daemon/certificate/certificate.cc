@@ -315,22 +315,33 @@ void add_findings(const Sources& s, CertificateData& data) {
                             i < findings.size() ? calib::phrase(findings[i]) : calib::Phrase()});
 }
 
+/// With which U has two significant digits, rounded.
+int decimals_of_u(double u) {
+  const std::string text = fmt::format("{:.1e}", u);
+  return std::max(0, 1 - std::stoi(text.substr(text.find('e') + 1)));
+}
+
 void add_parameters(const Sources& s, CertificateData& data) {
   for (std::size_t i = 0; i < s.size(kCalibration, "/parameters"); ++i) {
     const std::string at = fmt::format("/parameters/{}/", i);
     const std::string unit = s.text(kCalibration, at + "unit").text;
+    const Entry expanded = s.expanded(kCalibration, at + "sigma", unit, kParameterDecimals);
     // Compliances and deflections are small in their units.
     const auto digits = [&](Entry entry) {
       if (entry.value && *entry.value != 0.0 && std::abs(*entry.value) < 1e-2)
         entry.text = report::significant(*entry.value, kSmallDigits);
       return entry;
     };
+    const auto as_expanded = [&](Entry entry) {
+      if (!entry.value || !(expanded.value.value_or(0.0) > 0.0)) return digits(entry);
+      entry.text = report::fixed(*entry.value, decimals_of_u(*expanded.value));
+      return entry;
+    };
     data.parameters.push_back(
         {s.text(kCalibration, at + "name"),
          digits(s.number(kCalibration, at + "nominal", unit, kParameterDecimals)),
-         digits(s.number(kCalibration, at + "correction", unit, kParameterDecimals)),
-         digits(s.expanded(kCalibration, at + "sigma", unit, kParameterDecimals)),
-         s.text(kCalibration, at + "decided_by")});
+         as_expanded(s.number(kCalibration, at + "correction", unit, kParameterDecimals)),
+         as_expanded(expanded), s.text(kCalibration, at + "decided_by")});
   }
 }
 

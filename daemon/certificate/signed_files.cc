@@ -191,13 +191,27 @@ bool has_signature(const fs::path& directory, Kind kind) {
          fs::exists(directory / names_of(kind).signature, code);
 }
 
+namespace {
+
+/// Throws calib::FileError for a missing file.
+fs::path folder_of(const fs::path& file) {
+  std::error_code code;
+  if (fs::is_directory(file, code)) return file;
+  (void)calib::read_file(file);
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+}  // namespace
+
+void refuse_unsigned(const fs::path& file) {
+  const fs::path directory = folder_of(file);
+  if (!has_signature(directory, Kind::kExport)) (void)read_or_refuse(directory / kSums);
+}
+
 Verified verify_files(const fs::path& file, const PublicKey& key, std::optional<Kind> asked) {
   std::error_code code;
   const bool whole = fs::is_directory(file, code);
-  const fs::path directory = whole                    ? file
-                             : file.has_parent_path() ? file.parent_path()
-                                                      : fs::path(".");
-  if (!whole) (void)calib::read_file(file);  // reports a missing file
+  const fs::path directory = folder_of(file);
   const bool of_export =
       !has_signature(directory, Kind::kCertificate) && has_signature(directory, Kind::kExport);
   const Kind kind = asked.value_or(of_export ? Kind::kExport : Kind::kCertificate);
@@ -263,9 +277,10 @@ std::string fingerprint_of(const Key& key) {
 
 class File {
  public:
-  File(const fs::path& path, int flags, mode_t mode = 0)
+  File(const fs::path& path, int flags, const std::string& remedy, mode_t mode = 0)
       : fd_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {
-    if (fd_ < 0) throw KeyError(fmt::format("{}: {}", path.string(), std::strerror(errno)));
+    if (fd_ < 0)
+      throw KeyError(fmt::format("{}: {}. {}", path.string(), std::strerror(errno), remedy));
   }
   ~File() { ::close(fd_); }
   File(const File&) = delete;
@@ -277,7 +292,14 @@ class File {
 };
 
 void write_new(const fs::path& path, const std::string& text, mode_t mode) {
-  const File file(path, O_WRONLY | O_CREAT | O_EXCL, mode);
+  const fs::path folder = fs::absolute(path).parent_path();
+  std::error_code code;
+  const File file(path, O_WRONLY | O_CREAT | O_EXCL,
+                  fs::is_directory(folder, code)
+                      ? "Use sudo, or choose another place: --key FILE"
+                      : fmt::format("Create the folder {}, or choose another place: --key FILE",
+                                    folder.string()),
+                  mode);
   const bool whole =
       ::fchmod(file.get(), mode) == 0 &&
       ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
@@ -338,7 +360,8 @@ void make_key(const fs::path& key) {
 }
 
 PrivateKey::PrivateKey(const fs::path& path) {
-  const File file(path, O_RDONLY | O_NONBLOCK);
+  const File file(path, O_RDONLY | O_NONBLOCK,
+                  "Choose another key with --key FILE, or give --no-sign");
   struct stat status {};
   if (::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode))
     throw KeyError(path.string() + ": not a regular file");
@@ -378,8 +401,9 @@ std::optional<PrivateKey> key_if_there(const fs::path& file) {
   return PrivateKey(file);
 }
 
-PublicKey::PublicKey(const fs::path& path) {
-  const File file(path, O_RDONLY | O_NONBLOCK);
+PublicKey::PublicKey(const fs::path& path, const char* option) {
+  const File file(path, O_RDONLY | O_NONBLOCK,
+                  fmt::format("Give the signer's public key: {} FILE.pub", option));
   pem_ = read_some(path, file);
   if (!is_ed25519(public_of(pem_))) refuse_kind(path, "public");
 }

@@ -46,8 +46,8 @@ std::optional<PrivateKey> key_if_there(const std::filesystem::path& file);
 
 class PublicKey {
  public:
-  /// Throws KeyError.
-  explicit PublicKey(const std::filesystem::path& file);
+  /// Throws KeyError, which names the `option` for another file.
+  explicit PublicKey(const std::filesystem::path& file, const char* option = "--key");
   bool verifies(std::string_view text, std::string_view signature) const;
   std::string fingerprint() const;
 
@@ -103,6 +103,10 @@ constexpr const char* to_string(NotVerified::Why why) { return own_name(why); }
 
 /// True if the directory contains a signature of that kind, valid or not.
 bool has_signature(const std::filesystem::path& directory, Kind kind);
+
+/// Throws NotVerified where the file's folder, or this folder, has no signature; calib::FileError for a missing
+/// file.
+void refuse_unsigned(const std::filesystem::path& file);
 
 /// Verifies one file, renamed or not, unless its name belongs to another signed file; or a whole directory,
 /// which must contain nothing else. In a directory with both kinds the certificate is verified, unless `kind`

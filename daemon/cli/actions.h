@@ -109,6 +109,11 @@ struct FleetExport {
 };
 int fleet_export(const Connection& fleet, const FleetExport& command);
 
+// Published calibrations, from the daemon's answers.
+
+std::string versions_text(const nlohmann::json& list);
+std::string comparison_text(const nlohmann::json& all);
+
 // Reason why a cell needs attention.
 
 /// From one entry of `needs` (daemon/fleet/judge), one line: the need, its begin, the action.

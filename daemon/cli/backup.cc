@@ -166,6 +166,8 @@ struct CloseZip {
 using ZipArchive = std::unique_ptr<zip_t, CloseZip>;
 
 ZipArchive open_zip(std::string_view bytes, const std::string& name) {
+  // libzip takes it for an archive without files.
+  if (bytes.empty()) throw calib::FileError(name, ": empty (0 bytes). Copy it again");
   zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, nullptr);
   zip_t* archive = source == nullptr
                        ? nullptr

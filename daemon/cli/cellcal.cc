@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "calib/estimate/solve.h"
+#include "calib/files/input_file.h"
 #include "calib/files/text.h"
 #include "daemon/api/http/http.h"
 #include "daemon/cli/commands.h"
@@ -157,6 +158,7 @@ int main(int argc, char** argv) {
   using namespace cellcal::daemon;
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is reported as a write error
   cellcal::calib::quiet_solver();
+  const cellcal::calib::UsedFiles used;
   int status = kSuccess;
   CLI::App app;
   describe_cellcal(app, status);

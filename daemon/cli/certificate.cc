@@ -62,8 +62,9 @@ void refuse_unless_proven(const Connection& daemon, const CertificateCommand& co
     return;
   }
   try {
-    const signing::PublicKey by(command.export_key.empty() ? signing::public_part(key.file)
-                                                           : command.export_key);
+    const signing::PublicKey by(
+        command.export_key.empty() ? signing::public_part(key.file) : command.export_key,
+        "--export-key");
     signing::verify_files(named.from, by, signing::Kind::kExport);
   } catch (const signing::NotVerified& not_proven) {
     refuse(not_proven.what());

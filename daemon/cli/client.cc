@@ -430,6 +430,12 @@ int show_status(const Connection& daemon) {
 
 namespace {
 
+/// False where the daemon's folder cannot be looked into.
+bool is_missing(const std::filesystem::path& path) {
+  std::error_code unknown;
+  return !std::filesystem::exists(path, unknown) && !unknown;
+}
+
 /// As conclude() has it, where nothing more is to be printed.
 int status_of_end(const json& status) {
   const std::string phase = text_in(status, "phase");
@@ -520,7 +526,8 @@ int show(const Connection& daemon, std::optional<std::int64_t> asked, Shown show
     words +=
         result_words(calib::calibration_from_json(calibration.body, "the daemon's calibration"), {},
                      Detail::kAll, contacts);
-    words += said({"say.cli.results", {{"words", text_in(value, "results")}}});
+    if (const std::string results = text_in(value, "results"); !is_missing(results))
+      words += said({"say.cli.results", {{"words", results}}});
   }
   words += interruption_words(value.value("times", json::object()));
   if (contacts && calibration.status != 200) words += delay_words(nullptr, contacts);
@@ -546,11 +553,12 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
   const Response html =
       ask(daemon, "GET", session_path(*session) + "/report.html?language=" + language.code());
   if (!output.empty()) put(html.body, output);
-  const std::string where =
-      output.empty() ? text_in(get(daemon, session_path(*session)), "results") + "/" +
-                           (language == calib::Language() ? "report.html"
-                                                          : "report." + language.code() + ".html")
-                     : output.string();
+  const std::string folder = text_in(get(daemon, session_path(*session)), "results");
+  const std::string name =
+      language == calib::Language() ? "report.html" : "report." + language.code() + ".html";
+  const std::string where = output.empty() ? folder + "/" + name : output.string();
+  if (output.empty() && is_missing(where))
+    throw std::runtime_error(say({"say.cli.report.no_file", {{"file", where}}}));
   return print_result(daemon.json, {{"session", *session}, {"report", where}}, where + "\n");
 }
 

@@ -9,6 +9,7 @@
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/cell_form/cell_text.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -135,7 +136,7 @@ void compare_mounting(const MachineData& data, const calib::Robot& robot, const 
       taken ? "The controller's is taken"
             : fmt::format("It stays: 'cellcal import-robot --robot {} --machine-data ... -o FILE' "
                           "makes a robot file with the controller's",
-                          file));
+                          shell_word(file)));
 }
 
 void print_mounting(const calib::Robot& robot) {

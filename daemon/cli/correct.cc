@@ -244,6 +244,11 @@ std::string module_line(const std::string& state, const std::string& src,
                 {"what", what}}});
 }
 
+calib::Phrase refused_phrase(std::size_t refusals) {
+  return {refusals == 1 ? "say.correct.module.refused.one" : "say.correct.module.refused",
+          {{"n", refusals}}};
+}
+
 std::string load_name(const krl::ToolUsed& tool) {
   if (!tool.other_load()) return kOwnLoad;
   return tool.load_name.empty() ? fmt::format("LOAD_DATA[{}]", tool.load) : tool.load_name;

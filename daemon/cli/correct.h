@@ -75,6 +75,8 @@ std::string load_name(const krl::ToolUsed& tool);
 /// `state`: "corrected", "left", "refused", "no motion". Ends with a line break.
 std::string module_line(const std::string& state, const std::string& src,
                         const calib::Phrase& what);
+/// Number of a module's refusals; print_refused_modules() prints the reasons.
+calib::Phrase refused_phrase(std::size_t refusals);
 nlohmann::json point_json(const krl::CorrectedPoint& point);
 nlohmann::json refusals_json(const std::vector<krl::Refusal>& refusals, const calib::Robot& robot);
 /// Prints the refusals to the standard error, the first 30 of them.

@@ -88,9 +88,8 @@ Json report_json(const RewrittenPrograms& result, const FixModule& fix, int seri
             {"tools", tools}}}};
 }
 
-calib::Phrase what_of_module(const RewrittenModule& module, const calib::Robot& robot) {
-  if (!module.refusals.empty())
-    return {"say.correct.module.refused", {{"why", phrase(module.refusals.front(), robot)}}};
+calib::Phrase what_of_module(const RewrittenModule& module) {
+  if (!module.refusals.empty()) return refused_phrase(module.refusals.size());
   if (module.kukas) return "say.correct.module.kukas";
   return {
       module.other_load.empty() ? "say.correct.module.motions" : "say.correct.module.other_load",
@@ -100,15 +99,14 @@ calib::Phrase what_of_module(const RewrittenModule& module, const calib::Robot& 
        {"line", module.other_load_line}}};
 }
 
-std::string report_words(const RewrittenPrograms& result, const FixModule& fix,
-                         const calib::Robot& robot) {
+std::string report_words(const RewrittenPrograms& result, const FixModule& fix) {
   std::string text;
   int moving = 0, corrected = 0, motions = 0;
   std::map<std::string, std::string> left;
   for (const RewrittenModule& module : result.modules) {
     if (module.motions == 0) continue;
     ++moving;
-    text += module_line(state_of_module(module), module.src, what_of_module(module, robot));
+    text += module_line(state_of_module(module), module.src, what_of_module(module));
     if (!module.refusals.empty()) continue;
     left.insert(module.left.begin(), module.left.end());
     corrected += module.corrected > 0 ? 1 : 0;
@@ -177,7 +175,7 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
   for (const KrlFile* file : {&fix.src, &fix.dat})
     module.push_back({(folder / file->name).string(), file->text});
   const std::string written = write_corrected(command, read, result.files, module, report);
-  std::string text = stated_words({}, left, true) + report_words(result, fix, robot) + written;
+  std::string text = stated_words({}, left, true) + report_words(result, fix) + written;
   if (written.empty() && !result.files.empty()) text += said("say.correct.run_time.not_written");
   put(command.json ? json_text(report) : text, {});
   const auto moving = refusals_of_moving(result.modules);

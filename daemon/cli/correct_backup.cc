@@ -34,10 +34,10 @@ const char* state_of(const CorrectedModule& module) {
 
 /// Follows the module's name.
 calib::Phrase what_of(const CorrectedModule& module, const calib::Robot& robot) {
-  if (!module.refusals.empty())
-    return {module.refusals.size() == 1 ? "say.correct.module.refused"
-                                        : "say.correct.module.refused.more",
-            {{"why", phrase(module.refusals.front(), robot)}, {"n", module.refusals.size() - 1}}};
+  // Those of modules that move follow on standard error.
+  if (!module.refusals.empty() && module.motions == 0)
+    return {"say.correct.module.why", {{"why", phrase(module.refusals.front(), robot)}}};
+  if (!module.refusals.empty()) return refused_phrase(module.refusals.size());
   if (module.points > 0) return {"say.correct.module.points", {{"n", module.points}}};
   return module.kukas ? "say.correct.module.kukas" : "say.correct.module.stays";
 }

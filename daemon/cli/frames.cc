@@ -91,10 +91,10 @@ std::string json_of(const krl::ProposedFrames& result) {
     if (one.kind == krl::ProposedFrame::Kind::kTool)
       all["frames"].back()["sigma_mm"] = one.sigma_mm;
   }
-  for (const krl::MasteringOffset& one : result.mastering)
+  for (const calib::ZeroOffset& one : result.mastering)
     all["mastering_proposal"].push_back({{"joint", one.joint},
-                                         {"offset_deg", one.offset_deg},
-                                         {"sigma_deg", one.sigma_deg},
+                                         {"offset_deg", one.offset_rad * calib::kDegPerRad},
+                                         {"sigma_deg", one.sigma_rad * calib::kDegPerRad},
                                          {"decided_by", to_string(one.decided_by)}});
   return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

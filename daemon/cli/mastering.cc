@@ -24,12 +24,14 @@ struct MasteringCommand {
 
 /// An axis and its zero by the touches.
 struct MasteredAxis {
-  krl::MasteringOffset zero;
+  calib::ZeroOffset zero;
   std::optional<double> mark_deg;  ///< shown at the mark; empty: not stated
 
-  double expanded_deg() const { return 2.0 * zero.sigma_deg; }
+  double offset_deg() const { return zero.offset_rad * calib::kDegPerRad; }
+  double sigma_deg() const { return zero.sigma_rad * calib::kDegPerRad; }
+  double expanded_deg() const { return 2.0 * sigma_deg(); }
   bool is_told() const { return zero.decided_by == calib::DecidedBy::kData; }
-  bool is_off() const { return is_told() && std::abs(zero.offset_deg) > expanded_deg(); }
+  bool is_off() const { return is_told() && std::abs(offset_deg()) > expanded_deg(); }
 };
 
 std::vector<MasteredAxis> axes_of(const calib::Calibration& calibration,
@@ -38,7 +40,7 @@ std::vector<MasteredAxis> axes_of(const calib::Calibration& calibration,
   const std::size_t first = robot.first_turning();  // A1, also on a linear unit
   const bool six = robot.joints.size() - first == data.axes.size();
   std::vector<MasteredAxis> all;
-  for (krl::MasteringOffset& zero : krl::mastering_of(calibration)) {
+  for (calib::ZeroOffset& zero : calib::zero_offsets(calibration)) {
     const auto joint = std::ranges::find(robot.joints, zero.joint, &calib::Joint::name);
     const auto i = static_cast<std::size_t>(joint - robot.joints.begin());
     MasteredAxis axis{std::move(zero), {}};
@@ -50,19 +52,18 @@ std::vector<MasteredAxis> axes_of(const calib::Calibration& calibration,
 }
 
 calib::Phrase phrase_of(const MasteredAxis& axis) {
-  const krl::MasteringOffset& zero = axis.zero;
-  const bool by_frame = zero.decided_by == calib::DecidedBy::kFrame;
+  const bool by_frame = axis.zero.decided_by == calib::DecidedBy::kFrame;
   const char* id = !axis.is_told()
                        ? by_frame ? "say.mastering.untold.frame" : "say.mastering.untold"
                    : !axis.is_off() ? "say.mastering.leave"
                    : axis.mark_deg  ? "say.mastering.jog.to"
                                     : "say.mastering.jog";
   return {id,
-          {{"joint", fmt::format("{:<3}", zero.joint)},
-           {"off", zero.offset_deg},
+          {{"joint", fmt::format("{:<3}", axis.zero.joint)},
+           {"off", axis.offset_deg()},
            {"u", axis.expanded_deg()},
-           {"by", -zero.offset_deg},
-           {"shown", axis.mark_deg.value_or(0.0) - zero.offset_deg},
+           {"by", -axis.offset_deg()},
+           {"shown", axis.mark_deg.value_or(0.0) - axis.offset_deg()},
            {"mark", axis.mark_deg.value_or(0.0)}}};
 }
 
@@ -81,13 +82,13 @@ nlohmann::json json_of(const std::vector<MasteredAxis>& axes) {
   nlohmann::json all = nlohmann::json::array();
   for (const MasteredAxis& axis : axes) {
     all.push_back({{"joint", axis.zero.joint},
-                   {"offset_deg", axis.zero.offset_deg},
-                   {"sigma_deg", axis.zero.sigma_deg},
+                   {"offset_deg", axis.offset_deg()},
+                   {"sigma_deg", axis.sigma_deg()},
                    {"decided_by", to_string(axis.zero.decided_by)},
                    {"off", axis.is_off()}});
     if (axis.mark_deg) all.back()["mark_deg"] = *axis.mark_deg;
     if (axis.mark_deg && axis.is_off())
-      all.back()["jog_to_deg"] = *axis.mark_deg - axis.zero.offset_deg;
+      all.back()["jog_to_deg"] = *axis.mark_deg - axis.offset_deg();
   }
   return {{"axes", all}};
 }

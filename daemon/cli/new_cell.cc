@@ -176,7 +176,7 @@ std::string words(const NewCellCommand& command, const CellForm& form, const cal
         "session is resumed\n",
         advised_limit_deg(planned.limit), planned.limit.widest_axis);
   }
-  return text + fmt::format("next: cellcal doctor --cell {}\n", file);
+  return text + fmt::format("next: cellcal doctor --cell {}\n", shell_word(file));
 }
 
 std::string as_json(const NewCellCommand& command, const std::vector<calib::Phrase>& warnings,
@@ -222,7 +222,8 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
   if (!std::filesystem::exists(form.robot.name) ||
       calib::read_file(form.robot.name, calib::kMostTomlBytes) != form.robot.text)
     write_atomically(form.robot.name, form.robot.text);  // of machine data
-  write_atomically(command.output, text);
+  calib::UsedFiles::note(form.robot.name, calib::UsedFiles::As::kWritten);
+  put(text, command.output);
   const PlannedCell planned = plan_it(cell, warnings);
   put(command.json ? as_json(command, warnings, planned)
                    : words(command, form, cell, warnings, planned),

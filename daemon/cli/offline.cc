@@ -266,7 +266,8 @@ calib::InputFile input(const char* role, const std::string& name, const std::str
   return {role, name, calib::sha256(text)};
 }
 
-/// Keeps symbolic links, and writes through pipes and devices.
+/// Keeps symbolic links, and writes through pipes and devices. Refuses a file that the command has read or
+/// written, which would be lost.
 void write_output(const std::filesystem::path& output, const std::string& text) {
   namespace fs = std::filesystem;
   const std::string& name = output.native();
@@ -284,7 +285,13 @@ void write_output(const std::filesystem::path& output, const std::string& text) 
   for (int k = 0; k < kMostLinks && fs::is_symlink(file); ++k)
     file = file.parent_path() / fs::read_symlink(file);
   require_output_folder(file);
+  if (const auto used = calib::UsedFiles::of(file))
+    throw std::runtime_error(name +
+                             (*used == calib::UsedFiles::As::kRead
+                                  ? " is an input of this command. Choose another file"
+                                  : " is another output of this command. Choose another file"));
   write_atomically(file, text);
+  calib::UsedFiles::note(file, calib::UsedFiles::As::kWritten);
 }
 
 /// The touches are already made: faults of the cell file are only warnings.
@@ -350,6 +357,7 @@ int identify(const IdentifyCommand& command) {
   const std::string csv = calib::read_file(command.touches);
   const std::vector<calib::Touch> touches =
       calib::parse_touches(csv, command.touches.string(), cell);
+  if (touches.empty()) throw calib::FileError(command.touches.string(), ": no row after the header");
   report_reading(command.touches, cell.robot);
   report_stands(command.touches, touches);
   calib::Calibration calibration = command.method == "paper"

@@ -71,7 +71,8 @@ std::string what_to_do_with(const json& one) {
   if (kind == "calibrate") return "Now: 'cellcal run --cell CELL'";
   if (kind == "check") return "Now: 'cellcal check'";
   if (kind == "activate") return "It is in use. Corrected programs and frames stay unchanged";
-  if (kind == "priors") return "Now: 'cellcal priors accept " + text_in(one, "file") + "'";
+  if (kind == "priors")
+    return "Now: 'cellcal priors accept " + shell_word(text_in(one, "file")) + "'";
   return "Now: put " + text_in(one, "file") +
          " under [schedule] of cellcald.toml, then 'systemctl reload cellcald'";
 }

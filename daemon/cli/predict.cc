@@ -125,8 +125,13 @@ calib::JointRows rows_of(const std::filesystem::path& joints, const calib::Robot
     std::vector<std::string> names;
     for (const calib::Joint& joint : robot.joints) names.push_back(joint.name);
     const std::string values = joints.string();
-    if (std::ranges::count(values, ',') >= std::ssize(names))
+    const std::ptrdiff_t given = 1 + std::ranges::count(values, ',');
+    if (given > std::ssize(names))
       for (const calib::PositionerAxis& axis : robot.positioner) names.push_back(axis.name);
+    if (given != std::ssize(names))
+      throw std::runtime_error(fmt::format("--joints: {} {} given, {} needed: {}", given,
+                                           robot.first_turning() > 0 ? "positions" : "angles",
+                                           names.size(), fmt::join(names, ", ")));
     return calib::parse_joints(fmt::format("{}\n{}\n", fmt::join(names, ","), values), "--joints",
                                robot);
   }

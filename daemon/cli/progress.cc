@@ -152,6 +152,12 @@ double part(double whole, std::int64_t of) {
   return of > 0 ? whole / static_cast<double>(of) : 0.0;
 }
 
+/// The daemon's own word where this program's catalogue has none.
+std::string word(const char* kind, const std::string& name) {
+  const std::string id = kind + name;
+  return calib::sentence_of(id) ? say(id) : name;
+}
+
 }  // namespace
 
 std::string times_words(std::int64_t touches, std::span<const ActivityRow> rows) {
@@ -162,16 +168,19 @@ std::string times_words(std::int64_t touches, std::span<const ActivityRow> rows)
   });
   double total_s = 0.0;
   for (const ActivityRow& row : sorted) total_s += row.total_s;
-  std::string text =
-      fmt::format("{:<22} {:>9} {:>6} {:>8} {:>8} {:>8} {:>6}  {}\n", "time", "s/touch", "count",
-                  "mean s", "worst s", "total s", "share", "depends on");
+  std::string text = said("say.cli.times.head");
   for (const ActivityRow& row : sorted)
-    text += fmt::format("{:<22} {:>9.3f} {:>6} {:>8.3f} {:>8.3f} {:>8.1f} {:>4.0f} %  {}\n",
-                        row.activity, part(row.total_s, touches), row.count,
-                        part(row.total_s, row.count), row.worst_s, row.total_s,
-                        total_s > 0.0 ? 100.0 * row.total_s / total_s : 0.0, row.driver);
-  return text + fmt::format("{:<22} {:>9.3f} {:>6} {:>8} {:>8} {:>8.1f}\n", "all",
-                            part(total_s, touches), touches, "", "", total_s);
+    text += said({"say.cli.times.row",
+                  {{"activity", fmt::format("{:<22}", word("say.activity.", row.activity))},
+                   {"each", part(row.total_s, touches)},
+                   {"count", row.count},
+                   {"mean", part(row.total_s, row.count)},
+                   {"worst", row.worst_s},
+                   {"total", row.total_s},
+                   {"share", total_s > 0.0 ? 100.0 * row.total_s / total_s : 0.0},
+                   {"driver", word("say.driver.", row.driver)}}});
+  return text + said({"say.cli.times.all",
+                      {{"each", part(total_s, touches)}, {"count", touches}, {"total", total_s}}});
 }
 
 }  // namespace cellcal::daemon

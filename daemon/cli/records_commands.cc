@@ -28,21 +28,27 @@ namespace {
 using nlohmann::json;
 
 std::string mm(const json& value) {
-  return value.is_number() ? fmt::format("{:.3f}", value.get<double>()) : "-";
+  return value.is_number() ? say({"say.cli.versions.mm", {{"mm", value.get<double>()}}}) : "-";
+}
+
+std::string scope(const json& value) {
+  return say("say.cli.versions." + (value.is_string() ? value.get<std::string>() : "damaged"));
 }
 
 std::string version_line(const json& one) {
   constexpr std::size_t kSeconds = 19;  // YYYY-MM-DDTHH:MM:SS
   std::string line =
       fmt::format("{:>8}  {:<19}  {:<12}  {:>12}  {:>7}  {}", one["session"].get<std::int64_t>(),
-                  one["ended"].get<std::string>().substr(0, kSeconds),
-                  one["scope"].is_string() ? one["scope"].get<std::string>() : "damaged",
-                  mm(one["predicted_mm"]), mm(one["u95_mm"]), one["active"] ? "in use" : "");
+                  one["ended"].get<std::string>().substr(0, kSeconds), scope(one["scope"]),
+                  mm(one["predicted_mm"]), mm(one["u95_mm"]),
+                  one["active"] ? say("say.cli.versions.in_use") : "");
   const json& by = one["activated"];
   if (by.is_object())
-    line += fmt::format("{}activated {} by {}: {}", one["active"] ? ", " : "",
-                        by["time"].get<std::string>().substr(0, kSeconds),
-                        by["who"].get<std::string>(), by["reason"].get<std::string>());
+    line += (one["active"] ? ", " : "") +
+            say({"say.cli.versions.activated",
+                 {{"time", by["time"].get<std::string>().substr(0, kSeconds)},
+                  {"who", by["who"].get<std::string>()},
+                  {"reason", by["reason"].get<std::string>()}}});
   while (line.ends_with(' ')) line.pop_back();
   line = printable(line) + "\n";
   if (one["trouble"].is_string())
@@ -52,48 +58,70 @@ std::string version_line(const json& one) {
 
 /// Another model level has dozens of parameters of its own.
 constexpr std::size_t kNamed = 8;
+constexpr std::size_t kMostVersions = 100;
 
-std::string in_words(const json& all) {
+std::string names_in(const json& list, std::size_t most) {
+  auto names = list.get<std::vector<std::string>>();
+  names.resize(std::min(names.size(), most));
+  return printable(fmt::format("{}", fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+std::string versions_text(const json& list) {
+  if (list.empty()) return said("say.cli.versions.none");
+  std::string words = said("say.cli.versions.head");
+  for (const json& one : list) words += version_line(one);
+  return list.size() < kMostVersions ? words : words + said("say.cli.versions.older");
+}
+
+std::string comparison_text(const json& all) {
+  const auto number = [&](const char* key) { return all[key].get<std::int64_t>(); };
   if (!all["comparable"])
-    return fmt::format("sessions {} and {} cannot be compared: different nominal arm or tool\n",
-                       all["before"].dump(), all["after"].dump());
-  std::string words = fmt::format(
-      "{} mm mean, {} mm largest distance of the tips over {} poses ({}), a motion of the base taken out\n"
-      "{} mm: mean distance by the predicted errors of both\n",
-      mm(all["mean_mm"]), mm(all["max_mm"]), all["poses"].dump(), all["scope"].get<std::string>(),
-      mm(all["expected_mm"]));
+    return said(
+        {"say.cli.compare.not", {{"before", number("before")}, {"after", number("after")}}});
+  std::string words = said({"say.cli.compare.apart",
+                            {{"mean", all["mean_mm"].get<double>()},
+                             {"max", all["max_mm"].get<double>()},
+                             {"poses", number("poses")},
+                             {"scope", scope(all["scope"])}}});
+  if (all["expected_mm"].is_number())
+    words += said({"say.cli.compare.expected", {{"mm", all["expected_mm"].get<double>()}}});
   for (const auto& [key, session] :
        {std::pair{"only_before", "before"}, std::pair{"only_after", "after"}}) {
     if (all[key].empty()) continue;
-    auto names = all[key].get<std::vector<std::string>>();
-    const std::size_t more = names.size() - std::min(names.size(), kNamed);
-    names.resize(names.size() - more);
-    words += printable(fmt::format("only session {} has: {}", all[session].dump(),
-                                   fmt::join(names, ", "))) +
-             (more > 0 ? fmt::format(" and {} more\n", more) : "\n");
+    const std::size_t more = all[key].size() - std::min(all[key].size(), kNamed);
+    words +=
+        said({more > 0 ? "say.cli.compare.only.more" : "say.cli.compare.only",
+              {{"session", number(session)}, {"names", names_in(all[key], kNamed)}, {"n", more}}});
   }
-  if (all["moved"].empty()) return words + "no parameter moved beyond U (k=2)\n";
-  words += fmt::format("\n{:<16}  {:>14}  {:>14}  {:>12}  {:>12}  {}\n", "moved", "before", "after",
-                       "difference", "U (k=2)", "unit");
+  const json not_compared = all.value("not_compared", json::array());
+  if (!not_compared.empty())
+    words +=
+        said({"say.cli.compare.frame", {{"names", names_in(not_compared, not_compared.size())}}});
+  if (all["moved"].empty())
+    return words +
+           said(not_compared.empty() ? "say.cli.compare.none" : "say.cli.compare.none.other");
+  words += "\n" + said("say.cli.compare.head");
   for (const json& one : all["moved"])
-    words += fmt::format("{:<16}  {:>14.6g}  {:>14.6g}  {:>+12.3g}  {:>12.3g}  {}\n",
-                         printable(one["name"].get<std::string>()), one["before"].get<double>(),
-                         one["after"].get<double>(), one["difference"].get<double>(),
-                         one["expanded"].get<double>(), printable(one["unit"].get<std::string>()));
+    words += said({"say.cli.compare.row",
+                   {{"name", fmt::format("{:<16}", printable(one["name"].get<std::string>()))},
+                    {"before", one["before"].get<double>()},
+                    {"after", one["after"].get<double>()},
+                    {"difference", one["difference"].get<double>()},
+                    {"u", one["expanded"].get<double>()},
+                    {"unit", printable(one["unit"].get<std::string>())}}});
   return words;
 }
 
+namespace {
+
 /// For the cell of that session; without one, of the calibration in use.
 int list_versions(const Connection& daemon, std::optional<std::int64_t> of_cell) {
-  constexpr std::size_t kMost = 100;
   const json list = parse(ask(daemon, "GET",
-                              fmt::format("/v1/versions?limit={}", kMost) +
+                              fmt::format("/v1/versions?limit={}", kMostVersions) +
                                   (of_cell ? fmt::format("&session={}", *of_cell) : "")));
-  std::string words = fmt::format("{:>8}  {:<19}  {:<12}  {:>12}  {:>7}\n", "session",
-                                  "published (UTC)", "scope", "predicted mm", "u95 mm");
-  for (const json& one : list) words += version_line(one);
-  if (list.size() >= kMost) words += "older ones are not listed\n";
-  return print_result(daemon.json, list, list.empty() ? "no calibration was published\n" : words);
+  return print_result(daemon.json, list, versions_text(list));
 }
 
 /// Without a session: the calibration published before the one in use.
@@ -105,16 +133,13 @@ int activate_version(const Connection& daemon, std::optional<std::int64_t> sessi
       daemon, "POST", session ? "/v1/versions/activate" : "/v1/versions/roll-back", body.dump()));
   return print_result(
       daemon.json, done,
-      fmt::format(
-          "in use: the calibration of session {}. What was made with another one (programs, frames) "
-          "stays as it is\n",
-          done.at("session").dump()));
+      said({"say.cli.activated", {{"session", done.at("session").get<std::int64_t>()}}}));
 }
 
 int compare_versions(const Connection& daemon, std::int64_t before, std::int64_t after) {
   const json all = parse(
       ask(daemon, "GET", fmt::format("/v1/versions/compare?before={}&after={}", before, after)));
-  return print_result(daemon.json, all, in_words(all));
+  return print_result(daemon.json, all, comparison_text(all));
 }
 
 int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
@@ -152,6 +177,7 @@ std::string or_not_stated(const std::string& text) { return text.empty() ? "not 
 }  // namespace
 
 int verify(const VerifyCommand& command) try {
+  signing::refuse_unsigned(command.file);  // needs no key
   const signing::PublicKey key(command.key.empty() ? signing::public_part(default_key())
                                                    : command.key);
   const signing::Verified verified = signing::verify_files(command.file, key);

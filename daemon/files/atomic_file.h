@@ -29,4 +29,7 @@ std::string system_words(const std::exception& error);
 /// calib/files/text.h).
 std::string printable(std::string_view text);
 
+/// As one word of a shell, for commands that the user is to enter: quoted where it is needed.
+std::string shell_word(const std::string& text);
+
 }  // namespace cellcal::daemon

@@ -116,18 +116,6 @@ bool is_empty(const FrameMmDeg& frame) {
   return Vector3d(frame.xyz_mm.data()).isZero(0.0) && Vector3d(frame.abc_deg.data()).isZero(0.0);
 }
 
-std::vector<MasteringOffset> mastering_of(const calib::Calibration& c) {
-  std::vector<MasteringOffset> all;
-  for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
-    const auto* found = find(c, calib::joint_parameter(calib::ParameterKind::kTheta, i));
-    if (found == nullptr) continue;
-    const calib::Joint& joint = c.cell.robot.joints[i];
-    all.push_back({joint.name, joint.sign * found->correction * calib::kDegPerRad,
-                   found->sigma * calib::kDegPerRad, found->decided_by});
-  }
-  return all;
-}
-
 ProposedFrames propose_frames(const calib::Calibration& calibration, const FramesRequest& request) {
   refuse_linear_unit(calibration.cell.robot, "a proposal of frames",
                      "Measure the base at the controller");
@@ -141,7 +129,7 @@ ProposedFrames propose_frames(const calib::Calibration& calibration, const Frame
     result.frames.push_back(proposed(ProposedFrame::Kind::kBase,
                                      robroot * base_of_targets(calibration, targets), data.bases,
                                      number));
-  result.mastering = mastering_of(calibration);
+  result.mastering = calib::zero_offsets(calibration);
   for (const ProposedFrame& one : result.frames)
     result.config_lines += one.name + "=" + text_of(one.frame) + "\n";
   result.snippet = snippet_of(result.frames, request.calibration);

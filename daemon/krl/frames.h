@@ -37,19 +37,9 @@ struct ProposedFrame {
 /// All zeros: a number in which nothing was stored.
 bool is_empty(const calib::FrameMmDeg& frame);
 
-/// Mastering offset of an axis.
-struct MasteringOffset {
-  std::string joint;
-  double offset_deg = 0.0, sigma_deg = 0.0;  ///< added to the shown angle; 1 sigma
-  calib::DecidedBy decided_by = calib::DecidedBy::kData;
-};
-
-/// Offsets of all axes with an identified zero.
-std::vector<MasteringOffset> mastering_of(const calib::Calibration& calibration);
-
 struct ProposedFrames {
   std::vector<ProposedFrame> frames;
-  std::vector<MasteringOffset> mastering;
+  std::vector<calib::ZeroOffset> mastering;
   bool robroot_stated = false;
   /// Lines of $config.dat, separated by LF.
   std::string config_lines;

@@ -158,13 +158,6 @@ bool can_be_drawn(const calib::ErrorCell& cell) {
          is_usable_mm(cell.calibrated_m * calib::kMmPerM);
 }
 
-/// Mean over the squares, each counted once.
-double mean_mm(const calib::ErrorMap& map, double calib::ErrorCell::*of) {
-  double sum = 0.0;
-  for (const calib::ErrorCell& cell : map.cells) sum += cell.*of;
-  return sum / static_cast<double>(map.cells.size()) * calib::kMmPerM;
-}
-
 }  // namespace
 
 std::string error_map_plot(const View& view) {
@@ -178,13 +171,9 @@ std::string error_map_plot(const View& view) {
   const double key_top = before.up.at_from + 40.0;
   Svg svg(kMapWidth, key_top + kKeyHeight + 24.0, "chart error-map",
           view.say("say.report.error_map.picture"));
-  draw_slice(svg, view, *map, before, colours,
-             view.say({"say.report.error_map.before",
-                       {{"mean", mean_mm(*map, &calib::ErrorCell::nominal_m)}}}),
+  draw_slice(svg, view, *map, before, colours, view.say("say.report.error_map.before"),
              &calib::ErrorCell::nominal_m);
-  draw_slice(svg, view, *map, after, colours,
-             view.say({"say.report.error_map.after",
-                       {{"mean", mean_mm(*map, &calib::ErrorCell::calibrated_m)}}}),
+  draw_slice(svg, view, *map, after, colours, view.say("say.report.error_map.after"),
              &calib::ErrorCell::calibrated_m);
   draw_key(svg, view, colours, key_top);
   return std::move(svg).finish();

@@ -159,12 +159,19 @@ std::string unit_html(std::string_view unit) {
   return html;
 }
 
+std::string description(const View& view, const calib::ParameterKey& key) {
+  if (key.kind == calib::ParameterKind::kTheta && key.joint >= 0 &&
+      view.result.cell.robot.joints[static_cast<std::size_t>(key.joint)].sign < 0)
+    return say("say.report.parameter.theta.opposite");
+  return say_if("say.report.parameter.", own_name(key.kind));
+}
+
 void add_row(const View& view, const Group& group, const ParameterResult& parameter,
              const Ranges& ranges, Table& table) {
   const std::string decided(calib::to_string(parameter.decided_by));
   const auto range = ranges.find(range_key(group, parameter));
   table.row({fmt::format("<code>{}</code> <small>{}</small>", escape(name_of(view, parameter)),
-                         say_if("say.report.parameter.", own_name(parameter.key.kind))),
+                         description(view, parameter.key)),
              in_unit(nominal_of(view, parameter), parameter, false),
              in_unit(parameter.correction, parameter, true),
              in_unit(parameter.sigma, parameter, false, kSigmaDigits),

@@ -40,7 +40,11 @@ std::string say_if(const std::string& ids, const std::string& name, const std::s
   return calib::sentence_of(ids + name) ? say(ids + name) : otherwise;
 }
 
-std::string unit_word(const std::string& unit) { return say_if("say.unit.", unit, unit); }
+std::string unit_word(const std::string& unit) {
+  const std::size_t last = unit.find('/') + 1;  // 0: no quotient
+  const std::string name = unit.substr(last);
+  return unit.substr(0, last) + say_if("say.unit.", name, name);
+}
 
 std::string sentence(const calib::Phrase& phrase) {
   if (phrase.empty()) return {};

@@ -80,7 +80,7 @@ std::string data_sentence(const View& view) {
                                             : counted(view.check, "say.report.data.check.");
   const std::string outliers =
       view.outliers == 0 ? std::string() : counted(view.outliers, "say.report.data.outliers.");
-  return say({"say.report.data",
+  return say({view.result.update ? "say.report.data.update" : "say.report.data",
               {{"touches", counted(view.fit, "say.report.touches.")},
                {"targets", target_words(view)},
                {"check", check},

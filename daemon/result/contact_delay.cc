@@ -40,8 +40,8 @@ std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, 
 }
 
 std::string in_words(const ContactDelay& delay) {
-  return fmt::format("{:.2f} ± {:.2f} ms ({} touches)", calib::kMsPerS * delay.delay_s,
-                     calib::kMsPerS * delay.sigma_s, delay.touches);
+  return fmt::format("{:.2f} ± {:.2f} ms (k=2) of {} touches", calib::kMsPerS * delay.delay_s,
+                     calib::kMsPerS * 2.0 * delay.sigma_s, delay.touches);
 }
 
 std::string complaint(const ContactDelay& now, const std::optional<ContactDelay>& before) {

@@ -41,7 +41,7 @@ struct ContactDelay {
 std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, double fast_m_s,
                                           double slow_m_s);
 
-/// "0.14 ± 0.02 ms (40 touches)".
+/// "0.14 ± 0.02 ms (k=2) of 40 touches".
 std::string in_words(const ContactDelay& delay);
 
 /// Fault of `now`, by itself and compared with `before` (an earlier session); empty: none.

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "calib/plan/finder.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/service/kind.h"
 #include "daemon/tasks/planned_round.h"
 

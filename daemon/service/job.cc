@@ -19,6 +19,7 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/finder.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/service/kind.h"
 #include "daemon/session/rules.h"
 #include "daemon/tasks/planned_round.h"
@@ -383,17 +384,6 @@ std::string anew(const SessionOptions& options, const SessionInputs& inputs) {
   std::string command = kind_of(options).command(options, inputs);
   if (!command.empty() && !options.load.empty()) command += " --load " + shell_word(options.load);
   return command;
-}
-
-std::string shell_word(const std::string& text) {
-  const auto is_plain = [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("/._-+:,@%").find(static_cast<char>(c)) != std::string_view::npos;
-  };
-  if (!text.empty() && std::ranges::all_of(text, is_plain)) return text;
-  std::string word = "'";
-  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return word + "'";
 }
 
 void Kind::begin(Journal&, const RunRequest& request, Job& job) const {

@@ -53,8 +53,6 @@ inline const Kind& kind_of(const SessionOptions& options) {
 
 /// Command that begins the same session anew, where its kind is not resumed; empty: it is resumed.
 std::string anew(const SessionOptions& options, const SessionInputs& inputs);
-/// As one word of a shell.
-std::string shell_word(const std::string& text);
 
 const Kind& calibration_kind();
 const Kind& update_kind();

@@ -11,6 +11,7 @@
 #include "calib/plan/check_plan.h"
 #include "calib/plan/duration.h"
 #include "calib/result/finding.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/service/kind.h"
 #include "daemon/tasks/active_calibration.h"
 #include "daemon/tasks/planned_round.h"
@@ -26,7 +27,7 @@ SessionRecord calibration_to_update(Journal& journal, const RunRequest& request)
   } catch (const NothingToCheck&) {
     throw RequestError(fmt::format(
         "no published calibration of {}: nothing to update. Run a full session first: 'cellcal run --cell {}'",
-        request.cell.string(), request.cell.string()));
+        request.cell.string(), shell_word(request.cell.string())));
   }
 }
 

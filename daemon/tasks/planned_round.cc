@@ -10,6 +10,7 @@
 
 #include "calib/plan/check_plan.h"
 #include "calib/plan/positioner_plan.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/tasks/active_calibration.h"
 #include "daemon/tasks/options.h"
 
@@ -148,7 +149,8 @@ SessionRecord published_session(Journal& journal, const std::filesystem::path& c
                     cell.empty() ? "" : " of " + cell.string()));
   throw NothingToCheck(fmt::format(
       "no published calibration{}: nothing to check. Calibrate first: 'cellcal run --cell {}'",
-      cell.empty() ? "" : " of " + cell.string(), cell.empty() ? "CELL" : cell.string()));
+      cell.empty() ? "" : " of " + cell.string(),
+      cell.empty() ? "CELL" : shell_word(cell.string())));
 }
 
 calib::Calibration calibration_of(Journal& journal, std::int64_t session) {

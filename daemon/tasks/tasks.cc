@@ -324,22 +324,19 @@ std::optional<calib::DriftChart> checks_up_to(const TaskInputs& inputs,
 
 }  // namespace
 
-void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
-                   const std::vector<calib::Touch>& touches,
-                   const std::optional<calib::Plan>& plan) {
-  const std::string json = calib::calibration_to_json(calibration);
+namespace {
 
+/// Content that calibration, touches and interruptions determine.
+ReportInput report_of(const calib::Calibration& calibration,
+                      const std::vector<calib::Touch>& touches, std::int64_t session,
+                      const std::string& cell_name, const InterruptionCounts& counts) {
   ReportInput report;
   report.calibration = calibration;
   report.touches = touches;
-  report.session_id = std::to_string(inputs.session);
-  report.started = inputs.started;
-  report.finished = finished_time(touches, inputs.utc_now());
-  report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
+  report.session_id = std::to_string(session);
+  report.cell_name = std::filesystem::path(cell_name).filename().string();
   report.software = calib::software_version();
-  if (const InterruptionCounts counts =
-          inputs.interruptions ? inputs.interruptions() : InterruptionCounts{};
-      counts.total() > 0)
+  if (counts.total() > 0)
     report.notes.emplace_back("say.report.note.interruptions",
                               std::vector<calib::PhraseValue>{{"causes", phrase(counts)}});
   if (const std::string held = loads_held(calibration.cell, touches); !held.empty())
@@ -350,9 +347,37 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
         "say.report.note.update",
         std::vector<calib::PhraseValue>{
             {"stands_on", calib::calibration_phrase(calibration.update->stands_on)}});
+  report.error_map = calib::error_map(calibration);
+  return report;
+}
+
+}  // namespace
+
+ReportInput report_from_journal(Journal& journal, const SessionRecord& record) {
+  const std::vector<calib::Touch> touches = journal.touches(record.id);
+  ReportInput report = report_of(
+      calib::calibration_from_json(record.calibration, fmt::format("session {}", record.id)),
+      touches, record.id, record.inputs.cell_name, journal.interruptions(record.id));
+  report.started = record.started;
+  report.finished = finished_time(touches, record.ended);
+  report.notes.emplace_back("say.report.note.from_journal");
+  if (options_from_json(record.inputs.options).emulated)
+    report.notes.emplace_back("say.report.note.emulated");
+  return report;
+}
+
+void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
+                   const std::vector<calib::Touch>& touches,
+                   const std::optional<calib::Plan>& plan) {
+  const std::string json = calib::calibration_to_json(calibration);
+
+  ReportInput report =
+      report_of(calibration, touches, inputs.session, inputs.files.cell_name,
+                inputs.interruptions ? inputs.interruptions() : InterruptionCounts{});
+  report.started = inputs.started;
+  report.finished = finished_time(touches, inputs.utc_now());
   report.truth = inputs.truth(calibration);
   report.plan = plan;
-  report.error_map = calib::error_map(calibration);
   report.checks = checks_up_to(inputs, calibration, report.finished);
   if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
 

@@ -17,6 +17,8 @@
 
 namespace cellcal::daemon {
 
+struct ReportInput;
+
 struct TaskInputs {
   calib::Cell cell;
   SessionInputs files;
@@ -76,6 +78,9 @@ std::string plan_hash(const calib::Plan& plan);
 void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
                    const std::vector<calib::Touch>& touches,
                    const std::optional<calib::Plan>& plan);
+/// Report of a session whose files were lost, such as by a restored journal: without the plan and earlier checks.
+/// The record has a calibration. Throws calib::FileError where it cannot be read.
+ReportInput report_from_journal(Journal& journal, const SessionRecord& record);
 /// touches.csv and, as `name`, the document of a result that is no calibration. Throws where they cannot be written.
 void write_document(const TaskInputs& inputs, const SessionResult& result,
                     const std::vector<calib::Touch>& touches, const char* name);

@@ -231,7 +231,7 @@ void add_what_to_do(Lines& lines, const Notice& notice) {
   const bool given_up = notice.news == News::kFailed || notice.news == News::kAborted;
   if (!given_up || !notice.failure)
     return lines.add_if_known(std::string("say.notice.do.") + to_string(notice.news),
-                              {{"then", then}, {"cell", notice.cell}});
+                              {{"then", then}, {"cell", shell_word(notice.cell)}});
   lines.add_if_known(std::string("failure.") + to_string(notice.failure->kind), {});
   lines.add_if_known(std::string("do.") + to_string(notice.failure->kind), {{"then", then}});
 }

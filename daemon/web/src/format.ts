@@ -75,6 +75,11 @@ export function formats(language: Language): Formats {
   };
 }
 
+/** As one word of a shell, for commands that the user is to enter. */
+export function shell_word(text: string): string {
+  return /^[A-Za-z0-9/._+:,@%-]+$/.test(text) ? text : `'${text.replace(/'/g, "'\\''")}'`;
+}
+
 function duration(seconds: number): string {
   const whole = Math.max(0, Math.round(seconds));
   if (whole < 60) return `${whole}${SPACE}s`;

@@ -102,17 +102,19 @@ std::string group_of(const std::string& device) {
 
 }  // namespace
 
-std::string no_such_device(const std::string& device) {
-  return fmt::format("{}: no such device. Plug the sensor in (ports found: {})", device,
-                     ports_here());
-}
-
 std::string cannot_open(const std::string& device, int error) {
   switch (error) {
     case ENOENT:
     case ENXIO:
     case ENODEV:
-      return no_such_device(device);
+    case ENOTTY:
+      if (std::error_code unknown; std::filesystem::exists(device, unknown))
+        return fmt::format(
+            "{}: not a serial port, or nothing connected to it. Name the sensor's port as device "
+            "under [contact] (ports found: {})",
+            device, ports_here());
+      return fmt::format("{}: no such device. Plug the sensor in (ports found: {})", device,
+                         ports_here());
     case EACCES:
     case EPERM:
       if (group_of(device) == "root")  // membership in root would grant this program everything
@@ -128,8 +130,6 @@ std::string cannot_open(const std::string& device, int error) {
     case EAGAIN:
       return fmt::format("{}: in use by another program. Stop it first (fuser -v {})", device,
                          device);
-    case ENOTTY:
-      return fmt::format("{}: not a serial port", device);
     default:
       return fmt::format("{}: cannot be opened: {}", device, std::strerror(error));
   }

@@ -63,9 +63,8 @@ std::unique_ptr<Port> open_port(const PortOptions& options);
 
 // Sentences for failures to open a serial device, with the remedy.
 
-/// "/dev/ttyACM0: no such device. Plug the sensor in (ports found: ...)"
-std::string no_such_device(const std::string& device);
-/// From errno of open(): permission (with the required group), busy, or the system's error message.
+/// From errno of open(): no such device, not a serial port, permission (with the required group), busy, or the
+/// system's error message.
 std::string cannot_open(const std::string& device, int error);
 
 // Exclusive use of a serial device per process: a lock file, held by flock so that a crash releases

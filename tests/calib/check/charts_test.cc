@@ -80,6 +80,21 @@ TEST(DriftCharts, IsUnknownAndNotInControlWhereTheNewestCheckIsUndecided) {
   EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl) << "a check that decides ends it";
 }
 
+TEST(DriftCharts, AreAtTheirAlarmLimitInWordsOnlyWhereTheyReachIt) {
+  DriftChart chart = drift_chart(checks_of(9, still));
+  const auto percent = [&](double share) {
+    chart.points.back().share = share;
+    const std::string words = state_words(chart), before = "of its checks, ";
+    const std::size_t at = words.find(before);
+    return at == words.npos
+               ? words
+               : words.substr(at + before.size(), words.find('%') - at - before.size());
+  };
+  EXPECT_EQ(percent(0.412), "41 ");
+  EXPECT_EQ(percent(0.997), "99.7 ");
+  EXPECT_EQ(percent(1.0), "100 ");
+}
+
 TEST(DriftCharts, SaysInControlNoLongerThanTwoWeeks) {
   const std::vector<CheckMeasurement> checks = checks_of(9, still);
   const auto at = [&](double days) {

@@ -111,6 +111,18 @@ TEST(AControllersModel, OfAnotherRobotTypeDiffersWhateverToolAndBase) {
     EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
 }
 
+TEST(AControllersModel, IsNotJudgedByLessThanFourPostures) {
+  const Robot arc = load_named_robot("kr5_arc");
+  for (const int count : {2, 3}) {
+    const auto poses = stated(arc, postures(count), kTool, kBase);
+    for (const StatedFrames& known : {StatedFrames{}, kFlangeAndWorld})
+      EXPECT_EQ(compare_controller_model(kr5(), poses, known).outcome, Outcome::kUndecided)
+          << count;
+  }
+  EXPECT_EQ(compare_controller_model(kr5(), stated(arc, postures(4), kTool, kBase), {}).outcome,
+            Outcome::kDiffers);
+}
+
 TEST(AControllersModel, OfAbsoluteAccuracyDiffersByWhatTheArmIsOffNominal) {
   Robot measured = kr5();
   Random random(5);

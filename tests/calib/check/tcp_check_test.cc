@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "calib/check/explain.h"
 #include "calib/files/calibration_json.h"
 #include "calib/model/error.h"
 #include "calib/plan/check_plan.h"
@@ -277,6 +278,21 @@ TEST(TcpCheck, RefusesWhatItCannotJudge) {
   const IdentifyError nowhere = refusal([&] { TcpChecker(elsewhere, made.touches); });
   EXPECT_EQ(nowhere.kind, Kind::kCalibration);
   EXPECT_EQ(nowhere.target, gone);
+}
+
+TEST(TcpCheck, OfAShiftThatIsKnownInAllDirectionsHasItsUncertaintyAlongIt) {
+  const Eigen::Matrix3d covariance = Eigen::Vector3d(1e-10, 1e-10, 9e-10).asDiagonal();
+  Explanation known, partly;
+  put_size(Eigen::Vector3d(1e-3, 0.0, 0.0), covariance, known);
+  EXPECT_NEAR(known.sigma, 1e-5, 1e-12);
+  EXPECT_EQ(known.amount, 0.0);
+  put_size(Eigen::Vector3d(4e-5, 0.0, 0.0), covariance, partly);
+  EXPECT_NEAR(partly.sigma, 3e-5, 1e-12) << "of its least known direction";
+  EXPECT_NEAR(partly.amount, 2e-5, 1e-12);
+  // A verdict and its reason have one uncertainty of one shift, but for what is usual.
+  const TcpCheck check = made_by(knocked({0.4e-3, 0.0, 0.3e-3})).judged();
+  ASSERT_EQ(check.change()->kind, ChangeKind::kTool);
+  EXPECT_NEAR(2.0 * check.change()->sigma, check.u_along_m(), 0.05 * check.u_along_m());
 }
 
 TEST(TcpCheck, AsADocumentHasEveryExplanationWithItsLikelihood) {

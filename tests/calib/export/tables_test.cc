@@ -97,6 +97,28 @@ Calibration waved_calibration() {
   return c;
 }
 
+/// In which joints 2 and 3 give.
+Calibration soft_calibration() {
+  Calibration c = rigid_calibration(7);
+  for (const std::size_t joint : {1u, 2u}) {
+    c.cell.robot.joints[joint].mass_kg = 60.0;
+    c.cell.robot.joints[joint].com_m.x() = -0.2;
+    ParameterResult give;
+    give.key = joint_parameter(ParameterKind::kCompliance, joint);
+    give.correction = 2e-6;
+    c.parameters.push_back(give);
+  }
+  return c;
+}
+
+TEST(ArmJson, StatesWhatTheExportedRigidArmLeavesOut) {
+  const Calibration c = soft_calibration();
+  const OmittedEffects out = left_out(c, nearest_rigid_arm(c));
+  const auto stated = nlohmann::json::parse(arm_json(c)).at("left_out_by_rigid_links");
+  EXPECT_NEAR(stated["mean_mm"].get<double>(), out.mean_m * kMmPerM, 1e-9);
+  EXPECT_NEAR(stated["max_mm"].get<double>(), out.max_m * kMmPerM, 1e-9);
+}
+
 /// Sum added to theta of the joint, rad.
 double by_waves(const nlohmann::json& joint, double angle_rad) {
   const auto sum = [&](const char* key, double ratio) {

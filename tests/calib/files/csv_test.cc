@@ -210,6 +210,8 @@ TEST(ANameOfAColumn, WithTwoReadingsIsRefused) {
                  {"touches.csv:1:", "column"});
   expect_words(touches_refusal("A1,A2,target,Px,y,z\n1,2,S1,1,2,3\n"),
                {"touches.csv:1: column \"Px\" has no unit. Name it x_mm, or Px [m] and the like"});
+  expect_words(touches_refusal("A1,A2,target,x_mm,y_mm,z_mm,a\n1,2,S1,1,2,3,4\n"),
+               {"column \"a\" has no unit. Name it a_deg, or a [rad] and the like"});
   expect_words(touches_refusal("A1,A2,target,x_mm,x [m]\n1,2,S1,1,1\n"), {"stands twice"});
   expect_words(touches_refusal(",A1,A2,target\n0,1,2,S1\n"),
                {"touches.csv:1: column 1 has no name. Name or remove it"});
@@ -222,6 +224,44 @@ TEST(AComment, BeginsAsInOtherPrograms) {
             1U);
   expect_words(touches_refusal("# A1,A2,target\n1,2,S1\n"),
                {"touches.csv:2: the header row is missing", "in a comment above, remove the mark"});
+}
+
+TEST(AComment, WithTheFieldsOfARowIsRefused) {
+  for (const char* row :
+       {"#VALUE!,2,S1", "#DIV/0!,#DIV/0!,S1", "%x,2,S1,", "//,2,S1", "#WERT!,2,\"S1\""})
+    expect_words(touches_refusal(std::string("A1,A2,target\n1,2,S1\n") + row + "\n"),
+                 {"touches.csv:3: 3 fields as in a row", "begins a comment", "remove the line"});
+  CsvTable spheres("id,x_mm,y_mm\nS0,1,2\n#1,5,6\n", "s.csv", "");
+  ASSERT_TRUE(spheres.next());
+  EXPECT_THROW(spheres.next(), FileError);
+  // Prose, fewer fields, quotes, and a row of numbers with a mark before it.
+  for (const char* comment : {"# by A, B, C", "# 5 mm", "# remark, 5", "# remark,,",
+                              "# 5\" ball, 1, 2", "#5,2,S1", "#S1,2,3", "# 1, 2, 3, 4, 5"})
+    EXPECT_EQ(rows_of(std::string("A1,A2,target\n") + comment + "\n1,2,S1\n").size(), 1U)
+        << comment;
+}
+
+TEST(AQuote, IsDoubledWithinQuotes) {
+  CsvTable table("id,\"serial \"\"x\"\"\"\n\"\"\"a\"\", \"\"b\"\"\",\"\"\nc,\"\"\"\"\n", "t.csv",
+                 "");
+  const int serial = table.find("serial \"x\"");
+  ASSERT_EQ(serial, 1);
+  ASSERT_TRUE(table.next());
+  EXPECT_EQ(table.text(0), "\"a\", \"b\"");
+  EXPECT_EQ(table.text(serial), "");
+  ASSERT_TRUE(table.next());
+  EXPECT_EQ(table.text(serial), "\"");
+  expect_words(touches_refusal("A1,A2,target\n1,2,\"\"\"\n"), {"touches.csv:2:", "quotes"});
+}
+
+TEST(ATableWithoutRows, IsNamed) {
+  CsvTable table("id,x_mm\n# none\n", "s.csv", "");
+  try {
+    table.next();
+    ADD_FAILURE();
+  } catch (const FileError& error) {
+    expect_words(error.what(), {"s.csv: no row after the header"});
+  }
 }
 
 TEST(ARowWithoutAMeasurement, IsNamedWithWhatToDo) {

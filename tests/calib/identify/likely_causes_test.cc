@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <random>
 
@@ -371,6 +372,7 @@ TEST(Diagnosis, AnotherDiameterIsNamed) {
 }
 
 TEST(Diagnosis, AWrongCertifiedLengthIsNamedWithWhatItShouldBe) {
+  int contradictions = 0;
   for (const double off_m : {0.3e-3, 1.5e-3, -0.054, 0.7}) {
     SCOPED_TRACE(off_m);
     Cell cell = demo_cell();
@@ -383,7 +385,18 @@ TEST(Diagnosis, AWrongCertifiedLengthIsNamedWithWhatItShouldBe) {
     EXPECT_EQ(finding.about.name + finding.about.other_end, wrong.from + wrong.to) << words_of(c);
     EXPECT_NEAR(evidence(finding, "measured"), is_mm, 0.1) << words_of(c);
     EXPECT_FALSE(found(c, FindingKind::kMovedTarget)) << words_of(c);
+    // The fit with the wrong length measures it otherwise.
+    const Finding* contradicted = first(c.verdict.findings, FindingKind::kCertifiedLength);
+    if (contradicted == nullptr) continue;
+    EXPECT_EQ(*find(contradicted->evidence, "measured"), *find(finding.evidence, "measured"))
+        << words_of(c);
+    const Quantity &is = *find(finding.evidence, "measured"),
+                   &stated = *find(contradicted->evidence, "certified");
+    EXPECT_NEAR(evidence(*contradicted, "apart"),
+                std::abs(is.value - stated.value) / std::hypot(is.sigma, stated.sigma), 1e-9);
+    ++contradictions;
   }
+  EXPECT_GT(contradictions, 0);
 }
 
 TEST(Diagnosis, ATenthOfAMillimetreInALengthShowsAmongManyTouches) {

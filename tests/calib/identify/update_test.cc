@@ -184,6 +184,10 @@ TEST(Update, ATouchThatIsWrongByItselfIsSetAside) {
   expect_as_before(c, arm);
   EXPECT_EQ(c.update->set_aside, std::vector<std::size_t>{kWrong});
   EXPECT_TRUE(c.residuals[kWrong].outlier);
+  ASSERT_EQ(c.outliers.size(), 1u);
+  EXPECT_EQ(c.outliers[0].touch, kWrong);
+  EXPECT_EQ(c.outliers[0].target, session.touches[kWrong].target);
+  EXPECT_GT(c.outliers[0].sigmas, 3.0);
   EXPECT_LT(c.update->log_odds_second, std::log(0.1));
 }
 

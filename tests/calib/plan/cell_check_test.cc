@@ -117,6 +117,16 @@ TEST(CellCheck, NamesTwoLengthsOfOnePairThatDisagreeBesideWarningsToo) {
   EXPECT_EQ(faults_of(cell).front().kind, CellFaultKind::kTwoLengths);
 }
 
+TEST(CellCheck, NamesALengthThatIsStatedTwice) {
+  Cell cell = demo_cell();
+  CertifiedLength again = cell.lengths[0];
+  std::swap(again.from, again.to);
+  cell.lengths.push_back(again);
+  const CellFault fault = only_fault(cell, CellFaultKind::kLengthTwice);
+  EXPECT_TRUE(fault.refused);
+  expect_words(fault, {"S1-S2: ", " mm stated twice", "Remove one"});
+}
+
 TEST(CellCheck, NamesSpheresInEachOtherInATableAndInTheFloor) {
   Cell cell = demo_cell();
   cell.lengths.clear();

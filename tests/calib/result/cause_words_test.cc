@@ -175,7 +175,7 @@ TEST(CauseWords, OfSizes) {
 TEST(CauseWords, OfLengths) {
   EXPECT_EQ(cause_words(likely(LikelyCause::kCertifiedLength, about_length("S1", "S2"),
                                {{"stated", 400.0, "mm"}, {"measured", 400.1, "mm", 0.01}})),
-            "certified length S1-S2: 400.000 mm stated, 400.10 ± 0.01 mm measured. Measure it "
+            "certified length S1-S2: 400.000 mm stated, 400.100 ± 0.010 mm measured. Measure it "
             "again, or check that neither target was moved");
   EXPECT_NE(cause_words(likely(LikelyCause::kCertifiedLength, about_length("S1", "S2"),
                                {{"stated", 400.0, "mm"}}))

@@ -179,8 +179,16 @@ TEST(FindingWords, OfScopeAndAccuracy) {
                                           {"required_is_stated", 0.0, ""}, {"workspace", 1.0, ""}};
   EXPECT_EQ(
       said(FindingKind::kGain, {}, foreseen),
-      "accuracy: 0.130 mm predicted over the workspace, 4.500 ± 0.120 mm with the nominal arm (2.9 %); 2.000 mm "
+      "accuracy: 0.130 mm predicted over the workspace, 4.500 ± 0.120 mm (k=2) with the nominal arm (2.9 %); 2.000 mm "
       "allowed (required_mm not stated)");
+  EXPECT_TRUE(said(FindingKind::kRequired, {},
+                   {{"predicted", 0.10632, "mm"},
+                    {"required", 0.1063, "mm"},
+                    {"required_is_stated", 1.0, ""},
+                    {"workspace", 1.0, ""}})
+                  .find("0.10632 mm predicted over the workspace, 0.10630 mm required") !=
+              std::string::npos)
+      << "the reason shows";
   EXPECT_EQ(
       said(FindingKind::kModelError, {},
            {{"sigma", 0.1, "mm"}, {"estimated", 0.0, ""}, {"scatter", 0.2, "mm"}}),

@@ -32,6 +32,14 @@ TEST(LevelWords, SayHowTheLevelWasTaken) {
   EXPECT_EQ(level_and_reason_words(with(LevelChoice::kNone)), "");
 }
 
+TEST(LevelWords, HaveTheSizeOfAComplianceThatIsNotThePriors) {
+  const Cell cell = testing::demo_cell();
+  EXPECT_EQ(words(cell, ModelLevel{3.0, 0.0, 0.0}),
+            "geometry, tool bending, joint compliance 3 x prior");
+  EXPECT_EQ(words(cell, ModelLevel{1.0 + 1e-12, 0.0, 0.0}),
+            "geometry, tool bending, joint compliance");
+}
+
 TEST(LevelWords, OfAMeanOverNothingAreASentenceStill) {
   Calibration c = with(LevelChoice::kMeanByEvidence);
   c.levels.clear();

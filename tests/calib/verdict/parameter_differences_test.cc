@@ -61,13 +61,17 @@ TEST(ParameterDifferences, BeginAtTwiceTheRootOfBothVariances) {
   EXPECT_NEAR(moved[1].after - moved[1].before, -1.01 * kExpanded, 1e-12);
 }
 
-TEST(ParameterDifferences, WhatTheFrameDecidesIsNone) {
+TEST(ParameterDifferences, WhatTheFrameDecidesIsNoneAndIsNamed) {
   const Calibration before = with_centres();
   Calibration after = before;
   after.parameters[0].correction = 1e-3;
   after.parameters[0].decided_by = DecidedBy::kFrame;
-  EXPECT_TRUE(parameter_differences(before, after).moved.empty());
-  EXPECT_TRUE(parameter_differences(after, before).moved.empty());
+  for (const auto& differences :
+       {parameter_differences(before, after), parameter_differences(after, before)}) {
+    EXPECT_TRUE(differences.moved.empty());
+    EXPECT_EQ(differences.not_compared, std::vector<std::string>{"A2.theta"});
+  }
+  EXPECT_TRUE(parameter_differences(before, before).not_compared.empty());
 }
 
 TEST(ParameterDifferences, WhatOnlyOneHasIsNamed) {

@@ -20,6 +20,22 @@ TEST(APhrase, HasItsValuesInTheFormAndWithTheDecimalMarkOfTheLanguage) {
   EXPECT_EQ(words(kOpen, kGerman), "2,50 V, weder offen (über 4,0 V) noch in Kontakt");
 }
 
+TEST(APhrase, OfAValueAndItsLimitHasTheDecimalsInWhichTheyDiffer) {
+  const auto seen = [](double mm, double goal, const Language& language = {}) {
+    return words({"say.cli.progress.u95", {{"mm", mm}, {"goal", goal}}}, language);
+  };
+  EXPECT_EQ(seen(0.1063, 0.10632), "u95 0.10630 mm (goal 0.10632 mm)");
+  EXPECT_EQ(seen(0.1063, 0.10632, kGerman), "u95 0,10630 mm (Ziel 0,10632 mm)");
+  EXPECT_EQ(seen(0.1, 0.2), "u95 0.100 mm (goal 0.200 mm)");
+  EXPECT_EQ(seen(0.1, 0.1), "u95 0.100 mm (goal 0.100 mm)");
+  EXPECT_EQ(seen(0.1, 0.1 + 1e-15), seen(0.1, 0.1)) << "rounding of the computer";
+  EXPECT_EQ(words({"say.cli.progress.u95", {{"mm", 0.1}}}), "u95 0.100 mm (goal {goal:.3f!mm} mm)");
+  EXPECT_EQ(words({"{a:!} {b:.!a} {c:x!c}", {{"a", 1.0}, {"b", 2.0}, {"c", "text"}}}), "1 2 text");
+  // "limit ±3": on either side of zero.
+  EXPECT_EQ(decimals_apart(-3.00004, 3.0, 4), 5);
+  EXPECT_EQ(decimals_apart(5.0, -5.0, 2), 2);
+}
+
 TEST(APhrase, HasNoZeroWithASign) {
   const auto seen = [](double log) {
     return words({"say.check.explanation", {{"percent", -0.01}, {"log", log}, {"what", "x"}}});

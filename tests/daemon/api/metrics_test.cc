@@ -125,6 +125,7 @@ TEST(TheMetrics, HaveZerosAndAccuracyOfTheCalibrationInUseWithNamesEscaped) {
   calib::Calibration used;
   used.cell.robot.joints.resize(1);
   used.cell.robot.joints[0].name = "A\"1\\\n";
+  used.cell.robot.joints[0].sign = -1;
   used.predicted_workspace_m = 1e-4;
   calib::ParameterResult zero;
   zero.key.kind = calib::ParameterKind::kTheta;
@@ -136,7 +137,7 @@ TEST(TheMetrics, HaveZerosAndAccuracyOfTheCalibrationInUseWithNamesEscaped) {
   withheld.predicted_workspace_m = 9.0;
   const Scraped scraped = scrape(metrics_text({}, {}, &withheld, &used));
   EXPECT_EQ(scraped.wrong, "");
-  EXPECT_NEAR(scraped.samples.at("cellcal_joint_zero_degrees{joint=\"A\\\"1\\\\\\n\"}"), 0.57296,
+  EXPECT_NEAR(scraped.samples.at("cellcal_joint_zero_degrees{joint=\"A\\\"1\\\\\\n\"}"), -0.57296,
               1e-5);
   EXPECT_EQ(scraped.samples.at("cellcal_calibration_error_meters{over=\"workspace\"}"), 1e-4);
   const Scraped nothing_used = scrape(metrics_text({}, {}, &withheld));

@@ -560,6 +560,20 @@ TEST(ADescribedChart, IsAsItIsDescribedFromTooFewChecksToAnAlarm) {
   EXPECT_NE(metrics.find("cellcal_drift_checks 10\n"), std::string::npos);
 }
 
+TEST(ADescribedComparison, OfTwoPublishedCalibrationsIsAsItIsDescribed) {
+  testing::CheckedJournal checked;
+  checked.calibrate();
+  SessionService service{{checked.journal, checked.dir.path(), {}, {}}};
+  Api api(service, checked.journal);
+  Request request = parse_target("GET", "/v1/versions/compare?before=1&after=2", "");
+  EXPECT_FALSE(api.admit_local(request));
+  const Response answer = *api.answer(request);
+  ASSERT_EQ(answer.status, 200) << answer.body;
+  const json compared = json::parse(answer.body);
+  EXPECT_EQ(described().complaint(compared, std::string("Comparison")), "");
+  EXPECT_TRUE(compared.at("comparable").get<bool>());
+}
+
 TEST_F(ADescribedApi, GivesThePlotsThatASessionLeftInTheLanguageAskedFor) {
   journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t");
   EXPECT_EQ(ask("GET", "/v1/sessions/1/plots", "", "/v1/sessions/{id}/plots").status, 404);

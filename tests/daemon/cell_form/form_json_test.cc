@@ -93,6 +93,11 @@ TEST(ARefusedForm, NamesTheFieldThatIsAtFault) {
   EXPECT_EQ(key_of("/spheres/2/box_mm", json::parse("[[1100, -50, 350], [1000, 50, 450]]")),
             "spheres.2.box_mm");
   EXPECT_EQ(key_of("/tool/tip_radius_mm", 0), "") << "nothing is wrong";
+  json twice = example();
+  twice["spheres"][1]["id"] = "S1";
+  EXPECT_EQ(fault_in(form_from_json(twice, "/cells/a.toml"))->words,
+            "target[2].id: \"S1\" occurs twice")
+      << "no file has a line of it";
 }
 
 TEST(AKeyOfAFile, IsThatOfTheForm) {

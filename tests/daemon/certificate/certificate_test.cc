@@ -63,6 +63,32 @@ TEST(ACertificatesWords, NameWhoAndWhatWasThere) {
   EXPECT_TRUE(says(to_html(calibrated), "base frame"));
 }
 
+/// Digits from the first that is not zero.
+std::string digits_of(const std::string& number) {
+  std::string digits;
+  for (const char c : number)
+    if (c >= '0' && c <= '9' && (c != '0' || !digits.empty())) digits += c;
+  return digits;
+}
+
+TEST(AnAppendixOfParameters, HasTwoDigitsOfEachUAndTheCorrectionToTheSameDecimals) {
+  const auto decimals = [](const std::string& text) {
+    const std::size_t point = text.find('.');
+    return point == text.npos ? 0 : text.size() - point - 1;
+  };
+  std::size_t seen = 0;
+  for (const auto& one : first().parameters) {
+    if (!one.expanded.value || !(*one.expanded.value > 0.0)) continue;
+    ++seen;
+    const std::string& u = one.expanded.text;
+    EXPECT_TRUE(*one.expanded.value >= 99.5 || digits_of(u).size() == 2u)
+        << one.name.text << " " << u;
+    EXPECT_EQ(decimals(one.correction.text), decimals(u)) << one.name.text;
+    EXPECT_NEAR(std::stod(u), *one.expanded.value, 0.051 * *one.expanded.value);
+  }
+  EXPECT_GT(seen, 20u);
+}
+
 TEST(ACertificatesWords, NameInterruptionsAndWhenItWentOnByTheClockOnTheWall) {
   ::setenv("TZ", "Europe/Berlin", 1);
   CertificateData data = first();

@@ -76,6 +76,23 @@ TEST_F(TheCertificateCommand, WritesASignedOneFromAnExportThatVerifyTakesUntilIt
   EXPECT_EQ(changed.err.find("cellcal verify: "), 0u);
 }
 
+TEST_F(TheCertificateCommand, AndVerifySayWhatIsMissingForASignatureAndWhatToDo) {
+  EXPECT_EQ(certify({"--no-sign", "--out", dir / "unsigned"}).status, 0);
+  EXPECT_EQ(certify({"--key", dir / "k", "--out", dir / "c"}).status, 0);
+  const Outcome not_signed = verify("unsigned", "nothing.pub");
+  EXPECT_EQ(not_signed.status, 1);
+  EXPECT_NE(not_signed.err.find("certificate.sums: is missing: not signed"), std::string::npos)
+      << not_signed.err;
+  EXPECT_EQ(nlohmann::json::parse(not_signed.out)["failure"], "no_signature");
+  const std::string no_file = ": No such file or directory. ";
+  EXPECT_EQ(verify("c", "nothing.pub").err, "cellcal verify: " + (dir / "nothing.pub").string() +
+                                                no_file +
+                                                "Give the signer's public key: --key FILE.pub\n");
+  EXPECT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "etc/k"}).err,
+            "cellcal certificate: " + (dir / "etc/k").string() + no_file + "Create the folder " +
+                (dir / "etc").string() + ", or choose another place: --key FILE\n");
+}
+
 TEST_F(TheCertificateCommand, WritesTheDocumentInTheLanguageAskedFor) {
   const Outcome made = certify({"--language", "de", "--no-sign", "--out", dir / "c"});
   ASSERT_EQ(made.status, 0) << made.err;

@@ -104,6 +104,21 @@ TEST_F(Correct, TurnsPosesIntoJointsThatPredictBringsBack) {
   EXPECT_EQ(list[0].at("joints_deg").size(), 6U);
 }
 
+TEST_F(Correct, RefusesATableWithoutPosesOrJoints) {
+  calibration_file();
+  const std::string poses = put("poses.csv", std::string(kHead) + "\n");
+  const Outcome corrected = run_correct({"--poses", poses});
+  EXPECT_EQ(corrected.status, 1);
+  EXPECT_EQ(corrected.out, "");
+  EXPECT_NE(corrected.err.find(poses + ": no row after the header"), std::string::npos)
+      << corrected.err;
+  const std::string joints = put("joints.csv", "A1,A2,A3,A4,A5,A6\n");
+  const Outcome predicted =
+      run_program({CELLCAL, "predict", "--calibration", dir_ / "cal.json", "--joints", joints});
+  EXPECT_NE(predicted.err.find(joints + ": no row after the header"), std::string::npos)
+      << predicted.err;
+}
+
 TEST_F(Correct, WarnsAsPredictDoesOfPosesOutsideTheScope) {
   calib::Calibration c = calibration();
   c.verdict.judged = true;
@@ -564,7 +579,7 @@ TEST_F(Correct, ABackupOfWhichNothingCanBeCorrectedIsStatus3) {
       << outcome.err;
 }
 
-TEST_F(Correct, ABackupWithARefusedModuleIsWrittenWithStatus3AndTheRefusalOnStandardError) {
+TEST_F(Correct, ABackupWithARefusedModuleIsWrittenWithStatus3AndTheReasonOnceOnStandardError) {
   calibration_file();
   const std::string backup = put_backup(dir_ / "backup", false);
   put("backup/KRC/R1/Program/c.src", "DEF C()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nLIN {Z 5}\nEND\n");
@@ -577,6 +592,9 @@ TEST_F(Correct, ABackupWithARefusedModuleIsWrittenWithStatus3AndTheRefusalOnStan
     EXPECT_NE(outcome.err.find("cellcal correct: KRC/R1/Program/c.src:4: line 4: incomplete"),
               std::string::npos)
         << outcome.err;
+    EXPECT_NE(outcome.out.find(" KRC/R1/Program/c.src  1 refusal\n"), std::string::npos)
+        << outcome.out;
+    EXPECT_EQ(outcome.out.find("incomplete"), std::string::npos) << outcome.out;
     EXPECT_NE(outcome.err.find("1 of 3 modules with motions refused; they stay as they are\n"),
               std::string::npos)
         << outcome.err;

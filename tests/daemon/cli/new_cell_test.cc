@@ -572,6 +572,12 @@ TEST_F(TheCommand, ReplacesAFileWithForceAlone) {
   EXPECT_EQ(new_cell(command, in, out), 1) << "its sphere has no place yet: no plan";
   EXPECT_EQ(calib::load_cell(cell_).targets.size(), 1u);
   EXPECT_EQ(out.str(), "") << "nothing is asked";
+  command.output = dir_ / "Zelle \"A\".toml";
+  ::testing::internal::CaptureStdout();
+  EXPECT_EQ(new_cell(command, in, out), 1);
+  EXPECT_NE(::testing::internal::GetCapturedStdout().find("next: cellcal doctor --cell '" +
+                                                          command.output.string() + "'\n"),
+            std::string::npos);
 }
 
 TEST_F(TheCommand, NamesWhatAnOptionOrListSaysWronglyAndWritesNothing) {
@@ -587,10 +593,15 @@ TEST_F(TheCommand, NamesWhatAnOptionOrListSaysWronglyAndWritesNothing) {
       {"id,x_mm\nS1,50\n", kCertificate, tool, "spheres.csv:1: column \"diameter_mm\" is missing"},
       {"id,diameter_mm\nS1,nan\n", kCertificate, tool, "spheres.csv:2: diameter_mm"},
       {"id,diameter_mm,x_mm,y_mm,z_mm\nS1,50,1,,3\n", kCertificate, tool, "all three or none"},
-      {"id,diameter_mm\nS1,50\nS1,50\n", kCertificate, tool, "occurs twice"},
-      {"id,diameter_mm\ntool,50\n", kCertificate, tool, "must not be \"tool\""},
+      {"id,diameter_mm\nS1,50\nS1,50\n", kCertificate, tool,
+       "spheres.csv:3: id: \"S1\" occurs twice"},
+      {"id,diameter_mm\ntool,50\n", kCertificate, tool, "spheres.csv:2: id: must not be \"tool\""},
+      {"diameter_mm,id\n50,#1\n", kCertificate, tool,
+       "spheres.csv:2: id: must not be empty or hold"},
+      {"id,diameter_mm\n#1,50\n", kCertificate, tool, "spheres.csv:2: 2 fields as in a row"},
       {"id;diameter_mm\nS1;50\n", kCertificate, tool, "no target \"S2\""},
-      {kSpheres, "from,to,mm,sigma_mm\nS1,S9,700,0.005\n", tool, "no target \"S9\""},
+      {kSpheres, "from,to,mm,sigma_mm\nS1,S9,700,0.005\n", tool,
+       "certificate.csv:2: from, to: there is no target \"S9\" (nothing was written)"},
       {kSpheres, "from,to,mm,sigma_mm\nS1,S2,700", tool, "certificate.csv:2"},
       {kSpheres, "from,to,mm,sigma_mm\nS1,S2,770.286,0.005\n", tool, "S1"}};
   for (const Case& one : cases) {

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
+#include <functional>
 
 #include "calib/files/input_file.h"
 #include "calib/model/error.h"
 #include "daemon/cli/backup.h"
+#include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -59,6 +62,21 @@ TEST(AnArchiveThatIsDamagedOrTooLarge, IsRefusedByName) {
   EXPECT_NE(unzip_refusal("encrypted.zip").find("is encrypted"), std::string::npos);
   EXPECT_NE(unzip_refusal("changed.zip").find("damaged"), std::string::npos);
   EXPECT_NE(unzip_refusal("deflated.zip", 5).find("MB"), std::string::npos);
+}
+
+TEST(AnArchiveThatIsEmpty, SaysSoWhereverItIsGiven) {
+  const TemporaryDirectory dir;
+  const std::string file = dir / "backup.zip";
+  std::ofstream(file).flush();
+  const std::string words = file + ": empty (0 bytes). Copy it again";
+  for (const auto& read : {std::function<void()>([&] { read_backup(file); }),
+                           std::function<void()>([&] { read_machine_files({file}); })})
+    try {
+      read();
+      ADD_FAILURE() << "read";
+    } catch (const calib::FileError& error) {
+      EXPECT_EQ(error.what(), words);
+    }
 }
 
 }  // namespace

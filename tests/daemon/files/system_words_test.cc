@@ -22,5 +22,15 @@ TEST(SystemWords, NameTheFileAndWhatToCheckAndNoFunctionOfTheLibrary) {
   EXPECT_EQ(system_words(std::runtime_error("as it is")), "as it is");
 }
 
+TEST(AWordOfAShell, IsQuotedOnlyWhereItIsNeeded) {
+  EXPECT_EQ(shell_word("/cells/weld-3.toml"), "/cells/weld-3.toml");
+  EXPECT_EQ(shell_word("/tmp/Zelle S\xC3\xBC"
+                       "d \"A\".toml"),
+            "'/tmp/Zelle S\xC3\xBC"
+            "d \"A\".toml'");
+  EXPECT_EQ(shell_word("o'neil"), "'o'\\''neil'");
+  EXPECT_EQ(shell_word(""), "''");
+}
+
 }  // namespace
 }  // namespace cellcal::daemon

@@ -138,7 +138,7 @@ TEST(Mastering, IsProposedInTheControllersOwnSense) {
   const auto result = propose_frames(identified(), request());
   ASSERT_EQ(result.mastering.size(), 6U);
   EXPECT_EQ(result.mastering[3].joint, "A4");
-  EXPECT_NEAR(result.mastering[3].offset_deg, -5e-4 * calib::kDegPerRad, 1e-12);
+  EXPECT_NEAR(result.mastering[3].offset_rad, -5e-4, 1e-14);
   EXPECT_EQ(result.snippet.find("MAMES"), std::string::npos);
 }
 

@@ -52,6 +52,22 @@ TEST(ADaemon, CalibratesTheEmulatedCellAndLeavesItsResults) {
   EXPECT_EQ(fixture.cellcal({"report", "-o", copy}).status, 0);
   EXPECT_EQ(content(copy), content(results / "report.html"));
   EXPECT_EQ(fixture.cellcal({"report", "1"}).out, (results / "report.html").string() + "\n");
+  EXPECT_NE(shown.out.find("results: " + results.string() + "\n"), std::string::npos) << shown.out;
+
+  std::filesystem::rename(results, fixture.dir / "lost");  // as where only the journal was restored
+  EXPECT_EQ(fixture.cellcal({"show", "1"}).out.find("results: "), std::string::npos);
+  EXPECT_EQ(fixture.cellcal({"report", "1"}).err,
+            "cellcal report: " + (results / "report.html").string() +
+                " is not there, as after a restored backup. The report is made from the journal "
+                "with -o FILE\n");
+  ASSERT_EQ(fixture.cellcal({"report", "1", "-o", copy}).status, 0);
+  const std::string made = content(copy), own = content(fixture.dir / "lost/report.html");
+  EXPECT_NE(made.find("made from the journal, without the plan"), std::string::npos);
+  EXPECT_NE(made.find("emulated cell: a simulation"), std::string::npos);
+  const std::string row = "<section id=\"parameters\"", end = "</section>";
+  ASSERT_NE(own.find(row), std::string::npos);
+  EXPECT_EQ(made.substr(made.find(row), made.find(end, made.find(row)) - made.find(row)),
+            own.substr(own.find(row), own.find(end, own.find(row)) - own.find(row)));
 }
 
 TEST(ASession, ComparesTheControllersModelWithTheRobotFileOverBothWires) {

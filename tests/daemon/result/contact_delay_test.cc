@@ -29,7 +29,11 @@ TEST(TheDelayOfTheLatch, IsTheSlopeOfDepthOverSpeed) {
   EXPECT_NEAR(delay->delay_s, 0.0123, 1e-12);
   EXPECT_NEAR(delay->sigma_s, 0.0, 1e-12);
   EXPECT_EQ(delay->touches, 20);
-  EXPECT_EQ(in_words(*delay), "12.30 ± 0.00 ms (20 touches)");
+  EXPECT_EQ(in_words(*delay), "12.30 ± 0.00 ms (k=2) of 20 touches");
+}
+
+TEST(TheDelayOfTheLatch, IsSaidWithItsExpandedUncertainty) {
+  EXPECT_EQ(in_words({0.00384, 0.00249, 12}), "3.84 ± 4.98 ms (k=2) of 12 touches");
 }
 
 TEST(TheDelayOfTheLatch, IsNoWorseThanItSaysWithNoiseAndATouchThatSlipped) {

@@ -77,6 +77,9 @@ TEST(AMessage, NamesTheKindInItsLanguageAndTheCellOfANewCalibration) {
   const std::string body = compose(notice, Language(), "c").body;
   EXPECT_NE(body.find("'cellcal run --cell /cells/a.toml --accept-change'"), std::string::npos)
       << body;
+  notice.cell = "/my cells/a.toml";
+  EXPECT_NE(compose(notice, Language(), "c").body.find("--cell '/my cells/a.toml' --accept-change"),
+            std::string::npos);
   notice.advice = calib::DriftAdvice::kReMeasureTcp;
   EXPECT_NE(compose(notice, Language(), "c").body.find("measure the TCP"), std::string::npos);
 }

@@ -85,6 +85,7 @@ test("two calibrations that cannot be compared have no distance", () => {
   assert.equal(decode.comparison(all)?.mean_mm, null);
   assert.equal(decode.comparison({ ...all, comparable: true })?.mean_mm, 1);
   assert.deepEqual(decode.comparison({ ...all, only_after: ["S5.x", 7] })?.only_after, ["S5.x"]);
+  assert.deepEqual(decode.comparison({ ...all, not_compared: ["tool.x", 7] })?.not_compared, ["tool.x"]);
 });
 
 test("text that is cut off is nothing", () => {

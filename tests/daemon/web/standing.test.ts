@@ -74,7 +74,7 @@ test("a drift that warns is said although the calibration holds", () => {
 test("a calibration that does not hold names the cause, its size, the remedy and its begin", () => {
   const got = line(checks(not_held()));
   assert.deepEqual([got.state, got.action], ["does_not_hold", "measure_tcp"]);
-  assert.equal(got.headline.replace(/\u00a0/g, " "), "Calibration of 25 Nov does not hold: tool shifted by 1.0 ± 0.1 mm");
+  assert.equal(got.headline.replace(/\u00a0/g, " "), "Calibration of 25 Nov does not hold: tool shifted by 1.0 ± 0.1 mm (k=2)");
   assert.match(got.more.join(" ").replace(/\u00a0/g, " "), /measure the TCP .* Found 26 Nov\. Before: TCP ±0\.10 mm/);
   for (const kind of CHANGES) {
     const other = line(checks(not_held({ cause: { kind, name: "S2", probability: 1, words: "" } })));

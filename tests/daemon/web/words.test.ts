@@ -71,6 +71,7 @@ test("the guide has every step of the daemon, and a command for each that names 
   assert.deepEqual(own_names("daemon/doctor/steps.h", "SetUpStep", "-"), [...STEPS]);
   for (const step of STEPS) assert.match(command_of(step, "/c/cell.toml"), /^cellcal [a-z-]+ .*\/c\/cell\.toml/);
   assert.equal(command_of("cell", ""), "sudo cellcal new-cell -o /etc/cellcal/cell.toml");
+  assert.equal(command_of("doctor", "/my cells/o'neil.toml"), "cellcal doctor --cell '/my cells/o'\\''neil.toml'");
 });
 
 test("only names and the field's own words are the same in both", () => {

@@ -52,9 +52,14 @@ TEST(SerialContact, SaysWhichDeviceIsMissingAndWhichPortsThereAre) {
   EXPECT_TRUE(contains(words, "ports found: ")) << words;
 }
 
-TEST(SerialContact, SaysThatAFileIsNotASerialPort) {
-  EXPECT_TRUE(contains(open_error("/etc/hostname"), "not a serial port"));
-  EXPECT_TRUE(contains(open_error("/dev/null"), "/dev/null: ")) << open_error("/dev/null");
+TEST(SerialContact, SaysThatAFileOrAnotherDeviceIsNotASerialPort) {
+  for (const std::string device : {"/etc/hostname", "/dev/null"})
+    EXPECT_TRUE(contains(open_error(device),
+                         device + ": not a serial port, or nothing connected to it. Name the "
+                                  "sensor's port as device under [contact] (ports found: "))
+        << open_error(device);
+  for (const int error : {ENOENT, ENXIO, ENODEV, ENOTTY})
+    EXPECT_TRUE(contains(cannot_open("/dev/tty", error), "not a serial port")) << error;
 }
 
 TEST(SerialContact, RefusesASenselessBaudRate) {

@@ -2,6 +2,7 @@
 // are done.
 
 import { useEffect, useState } from "preact/hooks";
+import { shell_word } from "../format";
 import type { Readiness, StepName, StepSeen } from "../types";
 import { useVoice } from "./context";
 import { examine } from "./doctor";
@@ -17,7 +18,7 @@ const WISHES = { qualify: { kind: "qualify" } as Partial<Wish>, "dry-run": DRY, 
 const is_session = (step: StepName): step is keyof typeof WISHES => step in WISHES;
 
 export function command_of(step: StepName, cell: string): string {
-  const file = cell === "" ? "/etc/cellcal/cell.toml" : cell;
+  const file = cell === "" ? "/etc/cellcal/cell.toml" : shell_word(cell);
   switch (step) {
     case "cell": return cell === "" ? `sudo cellcal new-cell -o ${file}` : `cellcal plan --cell ${file} --touches 50`;
     case "robot": case "spheres": return `cellcal plan --cell ${file} --touches 50`;

@@ -67,6 +67,7 @@ export const Versions = steady(function Versions({ versions, may, changed }: { v
                 expected: fmt.mm(compared.expected_mm), moved: compared.moved.length === 0 ? NONE : compared.moved.map((one) => one.name).join(", ") })}
           {compared !== "none" && compared.only_before.length > 0 && ` ${say("versions.only", { session: apart, names: named(compared.only_before) })}`}
           {compared !== "none" && compared.only_after.length > 0 && ` ${say("versions.only", { session: in_use.session, names: named(compared.only_after) })}`}
+          {compared !== "none" && compared.not_compared.length > 0 && ` ${say("versions.frame", { names: named(compared.not_compared) })}`}
         </p>
       )}
       {!all && versions.length > FEW && (
