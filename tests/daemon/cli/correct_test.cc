@@ -104,7 +104,7 @@ TEST_F(Correct, TurnsPosesIntoJointsThatPredictBringsBack) {
   EXPECT_EQ(list[0].at("joints_deg").size(), 6U);
 }
 
-TEST_F(Correct, RefusesATableWithoutPosesOrJoints) {
+TEST_F(Correct, AndTheOthersRefuseATableWithoutRows) {
   calibration_file();
   const std::string poses = put("poses.csv", std::string(kHead) + "\n");
   const Outcome corrected = run_correct({"--poses", poses});
@@ -117,6 +117,12 @@ TEST_F(Correct, RefusesATableWithoutPosesOrJoints) {
       run_program({CELLCAL, "predict", "--calibration", dir_ / "cal.json", "--joints", joints});
   EXPECT_NE(predicted.err.find(joints + ": no row after the header"), std::string::npos)
       << predicted.err;
+  const std::string touches = put("touches.csv", "A1,A2,A3,A4,A5,A6,target\n");
+  const Outcome identified =
+      run_program({CELLCAL, "identify", "--cell", CELLCAL_DEMO_CELL, "--touches", touches});
+  EXPECT_EQ(identified.status, 1);
+  EXPECT_NE(identified.err.find(touches + ": no row after the header"), std::string::npos)
+      << identified.err;
 }
 
 TEST_F(Correct, WarnsAsPredictDoesOfPosesOutsideTheScope) {

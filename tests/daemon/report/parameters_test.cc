@@ -37,6 +37,18 @@ TEST(Parameters, AreGroupedByJointInTheUnitsOfTheFiles) {
   EXPECT_TRUE(says(table, "1/(N m&sup2;)"));
 }
 
+TEST(Parameters, OfAZeroStateWhereThetaCountsAgainstTheAxis) {
+  ReportInput input = made_up_session();
+  auto& joints = input.calibration.cell.robot.joints;
+  for (calib::Joint& joint : joints) joint.sign = 1;
+  EXPECT_FALSE(says(html_report(input), "positive against the axis"));
+  joints[3].sign = -1;
+  const std::string table = section_of(html_report(input), "parameters");
+  EXPECT_EQ(occurrences(table, "positive against the axis"), 1U);
+  EXPECT_LT(table.find(">Joint A4"), table.find("positive against the axis"));
+  EXPECT_GT(table.find(">Joint A5"), table.find("positive against the axis"));
+}
+
 TEST(Parameters, OfAPositionerAreItsAxesWithTheirBounds) {
   ReportInput input = made_up_session();
   const std::string before = html_report(input);
