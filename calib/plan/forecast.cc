@@ -132,14 +132,17 @@ Gaps gaps_at(const IncrementalEstimate& running, const std::vector<Touch>& postu
 }  // namespace
 
 void ContactForecast::learn(std::span<const Touch> touches) {
-  for (; learnt_ < touches.size(); ++learnt_) {
-    const Touch& touch = touches[learnt_];
+  while (learnt_ < touches.size()) {
+    const Touch& touch = touches[learnt_++];
     if (touch.set != TouchSet::kFit) continue;
     fit_.push_back(touch);
     try {
       take(touch);
     } catch (const IdentifyError&) {
       running_.reset();
+    } catch (...) {  // interrupted within a touch: of no further use
+      running_.reset();
+      throw;
     }
   }
 }

@@ -356,7 +356,7 @@ struct Runner::Perform {
         assessed = assess(touches);
       } catch (const calib::Cancelled&) {
         throw;
-      } catch (const std::exception& error) {  // only displayed: the session goes on without it
+      } catch (const std::exception& error) {  // touches are made as without an expectation
         spdlog::warn("touch {} is not assessed: {}", touches.size(), error.what());
       }
       return Event{Assessed{assessed.residual_m, touches.size(), std::move(assessed.expected)}};

@@ -246,6 +246,7 @@ struct RsiCore::Impl {
     delay.begin_session();
     setpoint.begin_session(state.waited_s);
     answered.reset();
+    delay_ipoc.reset();
     unanswered = waited_unanswered = false;
     rereference_asked = stop_low_sent = state.refused_when_lost = false;
     damaged_in_a_row = 0;
@@ -360,10 +361,10 @@ struct RsiCore::Impl {
     return state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit);
   }
 
-  /// Packets that were lost between the last one answered and this one.
-  std::uint32_t unanswered_cycles() const {
-    if (!answered || stream.step() == 0) return 0;
-    return std::max((frame.ipoc.value - *answered) / stream.step(), 1U) - 1;
+  /// From the last packet with a Delay to this one.
+  std::uint32_t cycles_of_delay() const {
+    if (!delay_ipoc || stream.step() == 0) return 1;
+    return std::max((frame.ipoc.value - *delay_ipoc) / stream.step(), 1U);
   }
 
   /// Number of further late replies. Before the first reply none can be late.
@@ -371,8 +372,9 @@ struct RsiCore::Impl {
     const std::uint32_t more = delay.note(frame.delay);
     if (delay.replies() == 0) return 0;
     state.late += more;
-    // A cycle without a packet here had no reply: the last one was accepted before it.
-    taken = relative() || more <= unanswered_cycles();
+    // Of several cycles the last reply may be one of those accepted: a lost packet had none.
+    taken = relative() || more < cycles_of_delay();
+    if (frame.delay) delay_ipoc = frame.ipoc.value;
     if (more > 0 && !relative()) setpoint.not_taken();
     if (more == 0 || !(mover.busy() || queue.waiting())) return more;
     state.late_while_moving += more;
@@ -591,6 +593,7 @@ struct RsiCore::Impl {
   bool increments_lost = false;        // relative: a reply of this move was not accepted
   bool unanswered = false;             // the newest packet was not answered
   bool taken = true;                   // the controller accepted the last reply, by its Delay
+  std::optional<std::uint32_t> delay_ipoc;  // IPOC of the last packet with a Delay
   bool waited_unanswered = false;  // it arrived after a pause, with the preceding one unanswered
   bool heard_time = false, ending = false, stop_low_sent = false, stop_sent = false;
 };

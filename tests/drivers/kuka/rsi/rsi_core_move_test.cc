@@ -458,6 +458,31 @@ TEST(RsiMove, ThatWasStoppedWherePacketsAreLostDoesNotTurnBack) {
   EXPECT_GT(least, -2 * kWire);
 }
 
+TEST(RsiMove, ThatWasStoppedAfterADamagedDelayDoesNotTurnBack) {
+  Rig rig;
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 60));
+  rig.run(400ms);
+  double least = 0.0;
+  std::vector<double> before = rig.krc.setpoint_rad();
+  rig.after_cycle = [&] {
+    least = std::min(least, rig.krc.setpoint_rad()[0] - before[0]);
+    before = rig.krc.setpoint_rad();
+  };
+  rig.to_krc = false;
+  rig.cycle();
+  rig.before_core = [&] { rig.packet.insert(rig.packet.find('"', rig.packet.find("<Delay")) + 1, "x"); };
+  rig.to_krc = true;
+  rig.cycle();  // this reply is accepted, and the next Delay counts the one before it
+  rig.before_core = nullptr;
+  rig.to_krc = false;
+  rig.cycle();
+  rig.cycle();
+  rig.to_krc = true;
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kRobotSilent);
+  EXPECT_GT(least, -2 * kWire);
+}
+
 TEST(RsiMove, EndsWhereTheSamePacketComesOverAndOver) {
   Rig rig;
   rig.make_ready();
