@@ -74,10 +74,10 @@ UncertaintySource source_of(const ParameterKey& key) {
 std::optional<double> prior_sigma_u(const Unknown& unknown, const LevelMean& levels) {
   if (!(unknown.prior_weight > 0.0)) return std::nullopt;
   const ParameterKind kind = unknown.key.kind;
-  const double level = is_transmission(kind)            ? levels.transmission
-                       : is_compliance(kind)            ? levels.compliance
+  const double level = is_transmission(kind)          ? levels.transmission
+                       : is_compliance(kind)          ? levels.compliance
                        : kind == ParameterKind::kPlay ? levels.play
-                                                        : 1.0;
+                                                      : 1.0;
   return level / unknown.prior_weight;
 }
 

@@ -116,15 +116,16 @@ bool likelier_than_model_error(const Cell& cell, const std::vector<Touch>& touch
 void measure_by(const Finding& cause, Verdict& verdict) {
   const Quantity* measured = find(cause.evidence, "measured");
   if (cause.cause != LikelyCause::kCertifiedLength || measured == nullptr) return;
-  for (Finding& one : verdict.findings)
-    if (one.kind == FindingKind::kCertifiedLength && one.about == cause.about)
-      for (Quantity& quantity : one.evidence) {
-        const Quantity& certified = *find(one.evidence, "certified");
-        if (quantity.name == "measured") quantity = *measured;
-        if (quantity.name == "apart")
-          quantity.value = std::abs(measured->value - certified.value) /
-                           std::hypot(measured->sigma, certified.sigma);
-      }
+  for (Finding& one : verdict.findings) {
+    if (one.kind != FindingKind::kCertifiedLength || one.about != cause.about) continue;
+    const Quantity certified = *find(one.evidence, "certified");
+    for (Quantity& quantity : one.evidence) {
+      if (quantity.name == "measured") quantity = *measured;
+      if (quantity.name == "apart")
+        quantity.value = std::abs(measured->value - certified.value) /
+                         std::hypot(measured->sigma, certified.sigma);
+    }
+  }
 }
 
 /// Adds the causes, likeliest first, before all other findings.

@@ -51,6 +51,20 @@ inline Calibration rigid_calibration(unsigned seed) {
   return c;
 }
 
+/// rigid_calibration() in which joints 2 and 3 give.
+inline Calibration soft_calibration() {
+  Calibration c = rigid_calibration(7);
+  for (const std::size_t joint : {1u, 2u}) {
+    c.cell.robot.joints[joint].mass_kg = 60.0;
+    c.cell.robot.joints[joint].com_m.x() = -0.2;
+    ParameterResult give;
+    give.key = joint_parameter(ParameterKind::kCompliance, joint);
+    give.correction = 2e-6;
+    c.parameters.push_back(give);
+  }
+  return c;
+}
+
 inline double apart_m(const Eigen::Isometry3d& one, const Eigen::Isometry3d& other) {
   return (one.translation() - other.translation()).norm();
 }

@@ -42,15 +42,7 @@ TEST(OmittedErrors, IsWhatTheToolsBendingMovesTheTipBy) {
 }
 
 TEST(NearestRigidArm, TakesUpMostOfWhatJointsGiveAndTurnsTheTcpAsTheWholeModelDoes) {
-  Calibration c = rigid_calibration(7);
-  for (const std::size_t joint : {1u, 2u}) {
-    c.cell.robot.joints[joint].mass_kg = 60.0;
-    c.cell.robot.joints[joint].com_m.x() = -0.2;
-    ParameterResult give;
-    give.key = joint_parameter(ParameterKind::kCompliance, joint);
-    give.correction = 2e-6;
-    c.parameters.push_back(give);
-  }
+  Calibration c = soft_calibration();
   const RigidArm geometry = calibrated_rigid_arm(c), nearest = nearest_rigid_arm(c);
   const OmittedEffects without = left_out(c, geometry), out = left_out(c, nearest);
   EXPECT_GT(without.mean_m, 5e-4);

@@ -97,20 +97,6 @@ Calibration waved_calibration() {
   return c;
 }
 
-/// In which joints 2 and 3 give.
-Calibration soft_calibration() {
-  Calibration c = rigid_calibration(7);
-  for (const std::size_t joint : {1u, 2u}) {
-    c.cell.robot.joints[joint].mass_kg = 60.0;
-    c.cell.robot.joints[joint].com_m.x() = -0.2;
-    ParameterResult give;
-    give.key = joint_parameter(ParameterKind::kCompliance, joint);
-    give.correction = 2e-6;
-    c.parameters.push_back(give);
-  }
-  return c;
-}
-
 TEST(ArmJson, StatesWhatTheExportedRigidArmLeavesOut) {
   const Calibration c = soft_calibration();
   const OmittedEffects out = left_out(c, nearest_rigid_arm(c));
