@@ -153,15 +153,17 @@ int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
   std::string words;
   double bytes = 0.0;
   for (const json& one : answer.at("sessions")) {
-    bytes += one.value("bytes", 0.0);
-    words += fmt::format("session {:<6}  {:>8} rows  {:>8.3f} MB\n",
-                         one.value("session", std::int64_t{0}), one.value("rows", std::int64_t{0}),
-                         one.value("bytes", 0.0) / kMegabyte);
+    const double its_bytes = one.value("bytes", 0.0);
+    bytes += its_bytes;
+    words += said({"say.cli.retain.session",
+                   {{"session", one.value("session", std::int64_t{0})},
+                    {"rows", one.value("rows", std::int64_t{0})},
+                    {"mb", its_bytes / kMegabyte}}});
   }
-  words += fmt::format("{} sessions, {:.1f} MB of raw events and readings {}; {:.1f} MB in use\n",
-                       answer.at("sessions").size(), bytes / kMegabyte,
-                       dry_run ? "would be dropped" : "dropped",
-                       answer.value("bytes_in_use", 0.0) / kMegabyte);
+  words += said({dry_run ? "say.cli.retain.would" : "say.cli.retain.dropped",
+                 {{"n", answer.at("sessions").size()},
+                  {"mb", bytes / kMegabyte},
+                  {"used", answer.value("bytes_in_use", 0.0) / kMegabyte}}});
   return print_result(daemon.json, answer, words);
 }
 

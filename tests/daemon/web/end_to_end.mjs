@@ -783,7 +783,7 @@ const steps = {
     await page.getByLabel("The cell is clear").check();
     await page.getByRole("button", { name: "Start: the arm moves" }).click();
     await says(page, /Session 7 is done/);
-    await line.getByText(/emulated cell holds: TCP ±0\.\d+.mm( near the spheres)?, checked/).waitFor(LONG);
+    await line.getByText(/emulated cell holds: TCP ±0\.\d+.mm \(95 %\)( near the spheres)?, checked/).waitFor(LONG);
   },
 
   async "shows what the plant proposes, and sends what is said to it"() {

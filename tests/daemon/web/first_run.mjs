@@ -200,7 +200,7 @@ const steps = {
     await session(page, /^Dry run$/, 2);
     await session(page, /^First session$/, 3);
     await session(page, /^Calibrate$/, 4);
-    await page.locator('.standing[data-standing="holds"]').getByText(/emulated cell holds: TCP ±0\.\d+.mm, not checked yet/).waitFor(LONG);
+    await page.locator('.standing[data-standing="holds"]').getByText(/emulated cell holds: TCP ±0\.\d+.mm \(95 %\), not checked yet/).waitFor(LONG);
     await page.locator(".versions tbody").getByText("in use").waitFor(LONG);
     await page.locator(".guide").waitFor({ ...LONG, state: "detached" });
     await page.screenshot({ path: "screenshots/first-run-calibrated.png" });
