@@ -13,11 +13,11 @@ PathMove::PathMove(const AxisAngles& from_rad, const AxisAngles& to_rad,
     speed = std::min(speed, 1.0 / cruise_s);
   }
   choose_corners(shape_, limits);
-  run();
+  run(0.0, {});
   // The choice is based on estimates; ensures that passing is never slower than stopping.
   if (duration_s() <= duration_with_rests_s()) return;
   rest_in_corners(shape_);
-  run();
+  run(0.0, {});
 }
 
 double PathMove::duration_with_rests_s() const {
@@ -28,13 +28,27 @@ double PathMove::duration_with_rests_s() const {
   return sum_s;
 }
 
-void PathMove::run() {
-  profile_ = ScalarProfile();
-  ends_s_.clear();
-  for (std::size_t i = 0; i < shape_.legs(); ++i) {
-    profile_.travel_to(shape_.straight_end(i), speed_behind(i), shape_.leg(i).limits);
-    ends_s_.push_back(profile_.duration_s());
-    if (speed_behind(i) > 0.0) profile_.cruise_to(shape_.straight_begin(i + 1));
+/// From rest. Beyond where it starts corners are reached at their speeds or, if too near, at lower ones.
+void PathMove::run(double from_s, PathShape::Place from) {
+  profile_ = ScalarProfile({from_s, 0.0, 0.0});
+  ends_s_.assign(2 * from.leg + (from.in_corner ? 1 : 0), 0.0);
+  const auto travel_to = [&](double end, double speed, const ScalarLimits& limits) {
+    const ScalarState& here = profile_.end();
+    profile_.travel_to(end, reachable_speed(here.speed, end - here.position, speed, limits),
+                       limits);
+  };
+  while (ends_s_.size() < 2 * shape_.legs()) {
+    const std::size_t leg = ends_s_.size() / 2;
+    const double speed = speed_behind(leg);
+    if (ends_s_.size() % 2 == 0) {
+      travel_to(shape_.straight_end(leg), speed, shape_.leg(leg).limits);
+    } else if (speed > 0.0 && profile_.end().speed == speed) {
+      profile_.cruise_to(shape_.straight_begin(leg + 1));
+    } else if (speed > 0.0) {
+      ScalarLimits limits = shape_.corner(leg).brakes.front().limits;
+      limits.speed = speed;
+      travel_to(shape_.straight_begin(leg + 1), speed, limits);
+    }
     ends_s_.push_back(profile_.duration_s());
   }
 }

@@ -138,6 +138,8 @@ class PathMove {
   double fastest_axis_rad_s(double t_s) const;
   /// From t on: stops on the same path as soon as the limits allow. Time restarts at 0.
   void brake_at(double t_s);
+  /// From t on: from rest there, along the same path. Time restarts at 0.
+  void start_at(double t_s) { run(profile_.at(t_s).position, place_at(t_s)); }
   /// As brake_at(), within `longest_s`, exceeding the limits if necessary.
   void brake_within(double t_s, double longest_s);
   /// Time at which it leaves the first leg, or rests at its end.
@@ -147,7 +149,7 @@ class PathMove {
   const ScalarProfile& profile() const { return profile_; }
 
  private:
-  void run();
+  void run(double from_s, PathShape::Place from);
   double duration_with_rests_s() const;
   double speed_behind(std::size_t leg) const;
   struct Stage {

@@ -375,7 +375,7 @@ struct RsiCore::Impl {
     // Of several cycles the last reply may be one of those accepted: a lost packet had none.
     taken = relative() || more < cycles_of_delay();
     if (frame.delay) delay_ipoc = frame.ipoc.value;
-    if (more > 0 && !relative()) setpoint.not_taken();
+    if (more > 0 && !relative()) setpoint.stopped(taken);
     if (more == 0 || !(mover.busy() || queue.waiting())) return more;
     state.late_while_moving += more;
     if (!mover.busy()) return more;
@@ -589,10 +589,10 @@ struct RsiCore::Impl {
   std::optional<TimePoint> input_due;     // a move waits for the contact input until then
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
-  std::uint32_t damaged_in_a_row = 0;  // with a valid IPOC only
-  bool increments_lost = false;        // relative: a reply of this move was not accepted
-  bool unanswered = false;             // the newest packet was not answered
-  bool taken = true;                   // the controller accepted the last reply, by its Delay
+  std::uint32_t damaged_in_a_row = 0;       // with a valid IPOC only
+  bool increments_lost = false;             // relative: a reply of this move was not accepted
+  bool unanswered = false;                  // the newest packet was not answered
+  bool taken = true;                        // the controller accepted the last reply, by its Delay
   std::optional<std::uint32_t> delay_ipoc;  // IPOC of the last packet with a Delay
   bool waited_unanswered = false;  // it arrived after a pause, with the preceding one unanswered
   bool heard_time = false, ending = false, stop_low_sent = false, stop_sent = false;

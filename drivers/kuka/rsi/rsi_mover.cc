@@ -17,8 +17,6 @@ constexpr double kSettleWindowS = 0.048;
 constexpr int kSettleFewest = 4;
 constexpr double kSettledRad = 0.0005 * kRadPerDeg;
 constexpr double kSettleLimitS = 1.0;
-// After this many consecutive late replies the arm is stopped, and no ramp remains.
-constexpr int kStoppedAfterLate = 3;
 
 void rest_at_way_points(Move& move) {
   for (Via& via : move.via) via.in_share = via.out_share = 0.0;
@@ -93,7 +91,7 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   contact_.reset();
   latch_.reset();
   settling_s_ = 0.0;
-  settling_cycles_ = unheard_cycles_ = 0;
+  settling_cycles_ = 0;
   before_rad_ = commanded_rad;
   taken_ = true;
   by_input_ = false;
@@ -132,19 +130,24 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
     watch_other(cycle);
   }
   if (!cycle.advance) return std::nullopt;
-  unheard_cycles_ = cycle.heard ? 0 : unheard_cycles_ + 1;
   taken_ = taken_ || cycle.taken;
   if (in_motion_ && cycle.sound) watch_following(cycle);
-  if (in_motion_ && !cycle.heard) {
-    if (braking_ && unheard_cycles_ >= kStoppedAfterLate) in_motion_ = false;
-    stay(commanded_rad);
+  if (in_motion_ && !cycle.heard) {  // the arm rests
+    const double at_s = taken_ ? t_s_ : before_s_;
+    hold(commanded_rad);
+    in_motion_ = !braking_;
+    if (braking_) return std::nullopt;
+    path_.start_at(at_s);
+    t_s_ = before_s_ = 0.0;
+    if (std::isfinite(open_by_s_)) open_by_s_ = path_.first_leg_s();
     return std::nullopt;
   }
-  stay(commanded_rad);
+  if (!in_motion_ && !ends_well()) hold(commanded_rad);
   if (in_motion_) {
-    t_s_ += cycle.cycle_s;
     before_rad_ = commanded_rad;
+    before_s_ = t_s_;
     taken_ = false;
+    t_s_ += cycle.cycle_s;
     commanded_rad = path_.at(t_s_);
     in_motion_ = t_s_ < path_.duration_s();
     if (!in_motion_ && phase_ == Phase::kTravelling) phase_ = Phase::kSettling;
@@ -154,9 +157,8 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
   return std::nullopt;
 }
 
-void Mover::stay(AxisAngles& commanded_rad) {
-  if (in_motion_ || taken_ || ends_well()) return;
-  commanded_rad = before_rad_;
+void Mover::hold(AxisAngles& commanded_rad) {
+  if (!taken_) commanded_rad = before_rad_;
   taken_ = true;
 }
 

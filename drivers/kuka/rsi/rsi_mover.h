@@ -119,9 +119,9 @@ class Mover {
   bool searching() const { return move_.kind == MoveKind::kSearch; }
   void end_travel(Phase next, MoveOutcome outcome, const Cause& cause);
   void brake();
-  /// A stopped arm stays where the controller holds it: a command that was not accepted would be
-  /// executed whenever replies are heard again.
-  void stay(AxisAngles& commanded_rad);
+  /// The command is where the controller holds the arm: one that was not accepted would be executed in
+  /// one cycle whenever replies are heard again.
+  void hold(AxisAngles& commanded_rad);
   void watch_search(TimePoint now);
   void watch_other(const MoverCycle& cycle);
   void await_verdict(TimePoint now);
@@ -155,8 +155,8 @@ class Mover {
   bool in_motion_ = false, braking_ = false;  ///< on the path
   double open_by_s_ = 0.0;                    ///< retreat: time by which its contact must open
   std::optional<TimePoint> open_due_;         ///< retreat: end of that time, contact not yet open
-  int unheard_cycles_ = 0;                    ///< consecutive
   AxisAngles before_rad_;                     ///< commanded before the path last advanced
+  double before_s_ = 0.0;                     ///< likewise, on the path
   bool taken_ = true;                         ///< the controller holds what it advanced to
   double cycle_s_ = 0.0;
   MoveOutcome outcome_ = MoveOutcome::kArrived;

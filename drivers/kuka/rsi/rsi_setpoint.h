@@ -148,8 +148,8 @@ class ReplyBound {
   /// active, or it is being stopped.
   std::optional<cause::ReplyBeyondLimit> admit(const AxisAngles& next_rad, double cycle_s,
                                                bool stops);
-  /// The controller did not accept the last reply.
-  void not_taken() { last_ = before_; }
+  /// Late replies stopped the arm; the last one was accepted or not.
+  void stopped(bool taken) { rest_at(taken ? last_.at_rad : before_.at_rad); }
 
  private:
   struct Said {
@@ -217,8 +217,8 @@ class RsiSetpoint {
   std::span<const double> again() { return on_wire(accumulator_.again_deg()); }
   std::span<const double> hold() { return on_wire(accumulator_.hold_deg()); }
   const std::optional<cause::ReplyBeyondLimit>& beyond() const { return beyond_; }
-  /// The controller did not accept the last reply.
-  void not_taken() { bound_.not_taken(); }
+  /// Late replies stopped the arm; the last one was accepted or not.
+  void stopped(bool taken) { bound_.stopped(taken); }
   /// True if zero increments are safe without knowing the correction.
   bool can_hold_unknown() const { return config_.mode == CorrectionMode::kRelative; }
 

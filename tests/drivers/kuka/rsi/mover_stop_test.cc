@@ -250,20 +250,16 @@ TEST(MoverStop, AnArmThatLeavesItsPathWhileItIsStoppedEndsByTheFirstCause) {
   expect_end(rig.end().result, MoveOutcome::kStopped, cause::StopAsked{});
 }
 
-TEST(MoverStop, RepliesThatAreNotHeardHoldWhatWasCommandedAndAfterThreeTheArmStands) {
+TEST(MoverStop, AReplyThatIsNotHeardEndsABrakeWhereTheArmIsHeld) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 90.0));
   rig.run(150);
   rig.mover.halt(MoveOutcome::kRobotSilent, cause::LateReplies{3});
   rig.run(2);
   const AxisAngles held = rig.commanded;
-  for (const bool heard : {false, false}) EXPECT_FALSE(rig.cycle(heard));
+  EXPECT_FALSE(rig.cycle(false));
+  EXPECT_EQ(step_deg(rig), 0.0);
   EXPECT_EQ(rig.commanded, held);
-  EXPECT_GT(step_deg(rig), 0.0) << "two in a row are heard again: the ramp goes on";
-  const AxisAngles later = rig.commanded;
-  for (const bool heard : {false, false, false}) EXPECT_FALSE(rig.cycle(heard));
-  EXPECT_EQ(step_deg(rig), 0.0) << "the third ended the ramp";
-  EXPECT_EQ(rig.commanded, later);
   const auto end = rig.end();
   expect_end(end.result, MoveOutcome::kRobotSilent, cause::LateReplies{3});
 }
@@ -275,6 +271,29 @@ TEST(MoverStop, RepliesThatAreNotHeardOnTheWayDoNotEndIt) {
   for (int i = 0; i < 5; ++i) EXPECT_FALSE(rig.cycle(false));
   EXPECT_GT(step_deg(rig), 0.0);
   expect_end(rig.end().result, MoveOutcome::kArrived, cause::None{});
+}
+
+TEST(MoverStop, ARetreatThatIsHeldOnItsWayStillHasToOpenOnItsFirstLeg) {
+  double at_deg[2] = {};
+  for (const bool held : {false, true}) {
+    MoverRig rig;
+    rig.guard.touch(true);
+    Move move{++rig.id, MoveKind::kRetreat, rig.commanded, 0.0, 0};
+    AxisAngles way = rig.commanded;
+    way[1] -= 2 * kRadPerDeg;
+    move.via.push_back({way, 0.5, 0.5});
+    move.target_rad[1] -= 8 * kRadPerDeg;
+    rig.mover.listen(rig.now);
+    ASSERT_FALSE(rig.mover.start(move, rig.commanded));
+    rig.run(28);
+    if (held) {
+      EXPECT_FALSE(rig.cycle(false));
+    }
+    const auto result = rig.end().result;
+    EXPECT_EQ(result.outcome, MoveOutcome::kStillInContact) << words(result);
+    at_deg[held] = rig.commanded[1] / kRadPerDeg;
+  }
+  EXPECT_GE(at_deg[true], at_deg[false]) << "no farther than one that was not held";
 }
 
 TEST(MoverStop, ThatARetreatsContactIsClosedIsSaidOnlyByWordsOfTheSensorFromBehindIt) {

@@ -76,6 +76,32 @@ TEST(PathOverWayPoints, ABrakeFromAnyInstantKeepsTheLimitsAndThePath) {
   }
 }
 
+TEST(PathOverWayPoints, AStartFromRestAtAnyInstantKeepsTheLimitsAndThePath) {
+  PathCases cases(17);
+  for (int c = 0; c < kCases; ++c) {
+    const PathCase one = cases.odd();
+    const PathMove whole = one.move();
+    PathMove again = whole;
+    for (int i = 0; i < 3; ++i) {  // also of one that was started so
+      const double at_s = cases.uniform(0.0, again.duration_s());
+      const AxisAngles there = again.at(at_s);
+      const double left_s = again.duration_s() - at_s;
+      again.start_at(at_s);
+      const Peaks most = peaks(again, one.limits, 32);
+      ASSERT_LE(most.speed, 1 + kRounding) << c;
+      ASSERT_LE(most.acceleration, 1 + kRounding) << c;
+      ASSERT_LE(most.jerk, 1 + kRounding) << c;
+      ASSERT_LE(distance(again.at(0.0), there), 1e-9) << c;
+      ASSERT_EQ(again.fastest_axis_rad_s(0.0), 0.0) << c;
+      ASSERT_GE(again.duration_s(), left_s - 1e-9) << c;
+      ASSERT_EQ(again.at(again.duration_s()), one.to) << c;
+      PathMove braked = again;
+      braked.brake_at(cases.uniform(0.0, again.duration_s()));
+      ASSERT_LE(peaks(braked, one.limits, 32).worst(), 1 + kRounding) << c;
+    }
+  }
+}
+
 TEST(PathOverWayPoints, ItBeginsAndEndsExactlyAndStaysInWhatItsSharesAllow) {
   PathCases cases(3);
   for (int c = 0; c < kCases; ++c) {

@@ -401,10 +401,13 @@ TEST(RsiMove, RepliesThatAreHeardAgainDoNotThrowTheArmAhead) {
       rig.guard.arm(7);
       rig.begin(search ? MoveKind::kSearch : MoveKind::kTransit, rig.moved_by(0, 60), 0.0, 7);
       rig.run(400ms);  // at full speed
-      double largest = 0.0;
+      double largest = 0.0, step = 100 * kDeg * 0.004, taken_up = 0.0;
       std::vector<double> before = rig.krc.setpoint_rad();
       rig.after_cycle = [&] {
-        largest = std::max(largest, std::abs(rig.krc.setpoint_rad()[0] - before[0]));
+        const double last = step;
+        step = std::abs(rig.krc.setpoint_rad()[0] - before[0]);
+        largest = std::max(largest, step);
+        taken_up = std::max(taken_up, step - last);
         before = rig.krc.setpoint_rad();
       };
       rig.to_krc = false;
@@ -415,6 +418,7 @@ TEST(RsiMove, RepliesThatAreHeardAgainDoNotThrowTheArmAhead) {
           << words(result);
       rig.run(8ms);
       EXPECT_LE(largest, 100 * kDeg * 0.004 + 2 * kWire) << unheard;
+      EXPECT_LE(taken_up, 400 * kDeg * 0.004 * 0.004 + 2 * kWire) << unheard;
       EXPECT_NEAR(result.at_rad[0], rig.krc.setpoint_rad()[0], 2e-4 * kDeg);
     }
   }
@@ -471,7 +475,9 @@ TEST(RsiMove, ThatWasStoppedAfterADamagedDelayDoesNotTurnBack) {
   };
   rig.to_krc = false;
   rig.cycle();
-  rig.before_core = [&] { rig.packet.insert(rig.packet.find('"', rig.packet.find("<Delay")) + 1, "x"); };
+  rig.before_core = [&] {
+    rig.packet.insert(rig.packet.find('"', rig.packet.find("<Delay")) + 1, "x");
+  };
   rig.to_krc = true;
   rig.cycle();  // this reply is accepted, and the next Delay counts the one before it
   rig.before_core = nullptr;

@@ -254,13 +254,13 @@ TEST_F(InconsistentPackets, ADamagedPacketThatCountsALateReplyDoesNotAdvanceTheM
     rig->to_krc = false;
     rig->cycle();
     rig->to_krc = true;
-    const auto not_taken = replies.said.back();
+    const auto held = *(replies.said.end() - 2);
     rig->before_core = [&] {
       if (axes == "nan") return void(rig->packet.replace(rig->packet.find("A1=\"") + 4, 3, "nan"));
       rig->packet.replace(rig->packet.find("<AIPos"), 6, "<Other");
     };
     rig->cycle();
-    EXPECT_EQ(replies.said.back(), not_taken);
+    EXPECT_EQ(replies.said.back(), held);
     EXPECT_EQ(facts().late, 1u);
     rig->before_core = {};
     EXPECT_EQ(rig->finish().outcome, MoveOutcome::kArrived);
@@ -304,7 +304,8 @@ TEST_F(InconsistentPackets, TheCorrectionIsKeptAfterDamagedPacketsAndALossOfTheL
       rig = std::make_unique<Rig>(krc, rig_config());
       rig->run(300ms);  // silence before the session: it is a new one
       rig->make_ready();
-      ASSERT_EQ(rig->move(MoveKind::kTransit, rig->moved_by(1, -12)).outcome, MoveOutcome::kArrived);
+      ASSERT_EQ(rig->move(MoveKind::kTransit, rig->moved_by(1, -12)).outcome,
+                MoveOutcome::kArrived);
       rig->begin(MoveKind::kTransit, rig->moved_by(1, -40));
       rig->run(300ms);
       rig->to_krc = !late;
@@ -416,17 +417,21 @@ TEST(ReplyBoundary, LetsNoReplyBeyondSpeedAccelerationOrJerkAndKeepsWhatWasSaidL
   EXPECT_TRUE(said(std::nan("")));
 }
 
-TEST(ReplyBoundary, AStopIsNeverTooHardAndAReplyThatWasNotTakenMayBeSaidAgain) {
+TEST(ReplyBoundary, AStopIsNeverTooHardAndAnArmStoppedByLateRepliesStartsFromRest) {
   ReplyBound bound(kLimits);
   bound.rest_at({0.0, 0.0});
   const PathMove path({0.0, 0.0}, {0.0, 60 * kDeg}, kLimits, 0.0);
   double t_s = 0.0;
   while (t_s < 0.4) ASSERT_FALSE(bound.admit(path.at(t_s += kRsiCycleS), kRsiCycleS, false)) << t_s;
   const AxisAngles last = path.at(t_s);
-  ReplyBound again = bound;
-  again.not_taken();
-  EXPECT_FALSE(again.admit(last, kRsiCycleS, false));
-  EXPECT_FALSE(again.admit(path.at(t_s + kRsiCycleS), kRsiCycleS, false));
+  for (const bool taken : {false, true}) {
+    ReplyBound again = bound;
+    again.stopped(taken);
+    EXPECT_EQ(again.admit(last, kRsiCycleS, false).has_value(), !taken);
+    EXPECT_TRUE(again.admit(path.at(t_s + kRsiCycleS), kRsiCycleS, false)) << "at full speed";
+    const AxisAngles held = taken ? last : path.at(t_s - kRsiCycleS);
+    EXPECT_FALSE(again.admit({0.0, held[1] + 0.00025 * kDeg}, kRsiCycleS, false));
+  }
   ReplyBound late = bound;
   EXPECT_TRUE(late.admit(last, kRsiCycleS, false)) << "from 100 deg/s to none";
   EXPECT_FALSE(bound.admit(last, kRsiCycleS, true)) << "unless it is a stop";
