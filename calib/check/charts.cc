@@ -19,6 +19,19 @@ void keep_below(Eigen::Vector3d& v, double most) {
   if (const double length = v.norm(); length > most) v *= most / length;
 }
 
+/// Degrees of freedom by which the stated covariance counts.
+constexpr double kStated = 30.0;
+/// 99.9 % quantile of chi^2 with three degrees of freedom; larger squares are not scatter.
+constexpr double kMostSquare = 16.3;
+
+using Gain = Eigen::Matrix<double, 3, 6>;
+
+Gain row_of(double warmer) {
+  Gain row;
+  row << Eigen::Matrix3d::Identity(), warmer * Eigen::Matrix3d::Identity();
+  return row;
+}
+
 }  // namespace
 
 Charts::Statistics Charts::take(const CheckMeasurement& check) {
@@ -46,23 +59,6 @@ Charts::Statistics Charts::take(const CheckMeasurement& check) {
   before_ = check;
   return at;
 }
-
-namespace {
-
-/// Degrees of freedom by which the stated covariance counts.
-constexpr double kStated = 30.0;
-/// 99.9 % quantile of chi^2 with three degrees of freedom; larger squares are not scatter.
-constexpr double kMostSquare = 16.3;
-
-using Gain = Eigen::Matrix<double, 3, 6>;
-
-Gain row_of(double warmer) {
-  Gain row;
-  row << Eigen::Matrix3d::Identity(), warmer * Eigen::Matrix3d::Identity();
-  return row;
-}
-
-}  // namespace
 
 double Centre::warmer(const CheckMeasurement& check) const {
   return reference_c_ && check.temperature_c ? *check.temperature_c - *reference_c_ : 0.0;

@@ -273,10 +273,8 @@ Phrase phrase(const ControllerModel& model, const Robot& robot) {
   const Phrase over(model.postures == 1 ? "say.model.over_one" : "say.model.over", values);
   const Phrase agrees("say.model.agrees", {{"mm", model.worst_m * kMmPerM}, {"over", over}});
   switch (model.outcome) {
-    case kNotStated:
-      return "say.model.not_stated";
-    case kAgrees:
-      return agrees;
+    case kNotStated: return "say.model.not_stated";
+    case kAgrees: return agrees;
     case kOtherFrames: {
       Phrase frames = agrees;
       if (model.tool_off_m)
@@ -290,8 +288,7 @@ Phrase phrase(const ControllerModel& model, const Robot& robot) {
     case kUndecided:
       if (model.worst_m > 0.0) return {"say.model.undecided", values};
       return {"say.model.too_few", {{"over", over}}};
-    case kDiffers:
-      break;
+    case kDiffers: break;
   }
   return sentence_phrase(*finding_of(model, robot));
 }

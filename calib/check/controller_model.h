@@ -48,7 +48,7 @@ struct ControllerModel {
   /// Largest distance of the TCPs, with T and B estimated. With the known ones instead where these
   /// agree, or nothing is decided; 0 if one of them is not known then.
   double worst_m = 0.0;
-  JointVector worst_rad = {};                      ///< its posture
+  JointVector worst_rad = {};                              ///< its posture
   std::optional<double> tool_off_m = {}, base_off_m = {};  ///< kOtherFrames: from the known ones
 };
 

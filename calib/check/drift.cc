@@ -228,9 +228,9 @@ class Watch {
 
 /// True if the temperature of the newest check in the chart is outside the range of the others.
 bool unusual_temperature(const DriftChart& chart) {
-  const auto last = std::find_if(chart.points.rbegin(), chart.points.rend(), [](const DriftPoint& one) {
-    return one.check.left_out == LeftOut::kNo;
-  });
+  const auto last =
+      std::find_if(chart.points.rbegin(), chart.points.rend(),
+                   [](const DriftPoint& one) { return one.check.left_out == LeftOut::kNo; });
   const auto newest = last == chart.points.rend() ? std::nullopt : last->check.temperature_c;
   double nearest = kUnusualK;
   bool others = false;
@@ -272,6 +272,14 @@ std::optional<double> reference_temperature_c(const std::vector<CheckMeasurement
   return std::nullopt;
 }
 
+Holding holding_of(const DriftChart& chart, bool current) {
+  if (chart.not_held) return Holding::kDoesNotHold;
+  if (chart.state == DriftState::kAlarms)
+    return is_of_one_check(chart) ? Holding::kUnknown : Holding::kDoesNotHold;
+  const bool known = chart.state != DriftState::kUnknown && chart.undecided == 0 && current;
+  return known ? Holding::kHolds : Holding::kUnknown;
+}
+
 }  // namespace
 
 DriftChart drift_chart(const std::vector<CheckMeasurement>& checks) {
@@ -293,18 +301,6 @@ void age(DriftChart& chart, double now_s) {
   chart.state = DriftState::kUnknown;
   advise(chart);
 }
-
-namespace {
-
-Holding holding_of(const DriftChart& chart, bool current) {
-  if (chart.not_held) return Holding::kDoesNotHold;
-  if (chart.state == DriftState::kAlarms)
-    return is_of_one_check(chart) ? Holding::kUnknown : Holding::kDoesNotHold;
-  const bool known = chart.state != DriftState::kUnknown && chart.undecided == 0 && current;
-  return known ? Holding::kHolds : Holding::kUnknown;
-}
-
-}  // namespace
 
 Standing standing_of(const DriftChart& chart, double calibrated_s, double now_s) {
   const CheckMeasurement* decided = chart.newest_decided();

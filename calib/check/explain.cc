@@ -31,6 +31,41 @@ double log_unmet_under(const Unmet& unmet, const PossibleChange& change, const F
   return std::log(kBlind + (1.0 - kBlind) * normal_above(-gap / std::sqrt(variance)));
 }
 
+/// The sigma in the least known direction.
+double largest_sigma(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
+}
+
+constexpr double kCoverage = 2.0;
+
+/// The arm with every error that a calibration may have identified.
+Cell levelled(const Calibration& c) { return at_level(c.cell, {1.0, 1.0, 0.0, c.level.play}); }
+
+std::vector<Touch> all_fit(std::vector<Touch> touches) {
+  for (Touch& touch : touches) touch.set = TouchSet::kFit;
+  return touches;
+}
+
+std::vector<TargetPlace> places_of(const Calibration& c, const std::vector<Touch>& touches) {
+  std::vector<TargetPlace> places(c.cell.targets.size());
+  for (const Touch& touch : touches) {
+    const std::size_t t = c.cell.target_index(touch.target);
+    const auto known = std::ranges::find(c.targets, touch.target, &TargetResult::id);
+    if (c.cell.targets[t].kind != TargetKind::kSphere)
+      throw IdentifyError(IdentifyError::Kind::kTouches, touch.target,
+                          fmt::format("target {}: a check touches spheres only", touch.target));
+    if (known == c.targets.end())
+      throw IdentifyError(
+          IdentifyError::Kind::kCalibration, touch.target,
+          fmt::format("target {}: the calibration does not contain its place. Use one whose "
+                      "session touched it",
+                      touch.target));
+    places[t] = TargetPlace(known->centre_m);
+  }
+  return places;
+}
+
 }  // namespace
 
 Fitted fit(const PossibleChange& change, double usual, const std::vector<ForeseenContact>& contacts,
@@ -96,18 +131,6 @@ Explanation explain(const PossibleChange& change, const std::vector<ForeseenCont
   return explanation;
 }
 
-namespace {
-
-/// The sigma in the least known direction.
-double largest_sigma(const Eigen::Matrix3d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
-}
-
-constexpr double kCoverage = 2.0;
-
-}  // namespace
-
 double sigma_along(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& v) {
   const double length = v.norm();
   const Eigen::Vector3d along =
@@ -153,37 +176,6 @@ void share_out(std::vector<Explanation>& explanations, const std::vector<double>
 double log_unmet(const std::vector<Unmet>& unmet) {
   return static_cast<double>(unmet.size()) * std::log(kBlind);
 }
-
-namespace {
-
-/// The arm with every error that a calibration may have identified.
-Cell levelled(const Calibration& c) { return at_level(c.cell, {1.0, 1.0, 0.0, c.level.play}); }
-
-std::vector<Touch> all_fit(std::vector<Touch> touches) {
-  for (Touch& touch : touches) touch.set = TouchSet::kFit;
-  return touches;
-}
-
-std::vector<TargetPlace> places_of(const Calibration& c, const std::vector<Touch>& touches) {
-  std::vector<TargetPlace> places(c.cell.targets.size());
-  for (const Touch& touch : touches) {
-    const std::size_t t = c.cell.target_index(touch.target);
-    const auto known = std::ranges::find(c.targets, touch.target, &TargetResult::id);
-    if (c.cell.targets[t].kind != TargetKind::kSphere)
-      throw IdentifyError(IdentifyError::Kind::kTouches, touch.target,
-                          fmt::format("target {}: a check touches spheres only", touch.target));
-    if (known == c.targets.end())
-      throw IdentifyError(
-          IdentifyError::Kind::kCalibration, touch.target,
-          fmt::format("target {}: the calibration does not contain its place. Use one whose "
-                      "session touched it",
-                      touch.target));
-    places[t] = TargetPlace(known->centre_m);
-  }
-  return places;
-}
-
-}  // namespace
 
 KnownTouches::KnownTouches(const Calibration& c, const std::vector<Touch>& touches)
     : touches_(all_fit(touches)),

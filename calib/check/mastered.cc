@@ -49,9 +49,10 @@ Calibration as_mastered(const Calibration& calibration, const std::vector<std::s
   if (!untold.empty())
     throw IdentifyError(
         IdentifyError::Kind::kUndetermined,
-        fmt::format("no touch tells the zero of {}: it turns arm and base alike, or the tool about its own axis. "
-                    "Leave it out, and master it by its mark",
-                    untold));
+        fmt::format(
+            "no touch tells the zero of {}: it turns arm and base alike, or the tool about its own axis. "
+            "Leave it out, and master it by its mark",
+            untold));
   return mastered;
 }
 
@@ -81,9 +82,10 @@ std::vector<MasteredZero> zeros_left(const Calibration& mastered,
   const Eigen::VectorXd off = covariance.whitened(residuals_m(foresight.contacts));
   const Cholesky information(Eigen::MatrixXd(by.transpose() * by));
   if (made.size() < joints.size() || !information.positive())
-    throw IdentifyError(IdentifyError::Kind::kUndetermined,
-                        fmt::format("{} touches do not tell {} zeros apart. Check fewer joints at a time",
-                                    made.size(), joints.size()));
+    throw IdentifyError(
+        IdentifyError::Kind::kUndetermined,
+        fmt::format("{} touches do not tell {} zeros apart. Check fewer joints at a time",
+                    made.size(), joints.size()));
   const Eigen::VectorXd error = -information.solve(Eigen::VectorXd(by.transpose() * off));
   const Eigen::MatrixXd spread = information.inverse();
   std::vector<MasteredZero> zeros;

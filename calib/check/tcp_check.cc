@@ -60,14 +60,11 @@ Place place_of(const PossibleChange& change, const double* size, const ForeseenC
     case ChangeKind::kPositioner:
       if (at.foot) place.tip_m = seen_after(*at.foot, size, at.tip_m);
       break;
-    case ChangeKind::kGrowth:
-      place.tip_m += *size * at.by_growth_m;
-      break;
+    case ChangeKind::kGrowth: place.tip_m += *size * at.by_growth_m; break;
     case ChangeKind::kTouch:
       if (touch == change.index) place.outside_m = *size;
       break;
-    case ChangeKind::kNothing:
-      break;
+    case ChangeKind::kNothing: break;
   }
   return place;
 }
@@ -77,9 +74,7 @@ void fill_row(const PossibleChange& change, const double* size, const ForeseenCo
               Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> row) {
   const Eigen::RowVector3d n = (place.tip_m - place.centre_m).normalized().transpose();
   switch (change.kind) {
-    case ChangeKind::kTool:
-      row = n * place.flange;
-      return;
+    case ChangeKind::kTool: row = n * place.flange; return;
     case ChangeKind::kSphere:
       if (at.target == change.name) row = -n;
       return;
@@ -98,75 +93,11 @@ void fill_row(const PossibleChange& change, const double* size, const ForeseenCo
       row.tail<3>() = -lever.cross(n.transpose()).transpose() * turn_derivative(back) * base;
       return;
     }
-    case ChangeKind::kGrowth:
-      row[0] = n * at.by_growth_m;
-      return;
-    case ChangeKind::kTouch:
-      row[0] = touch == change.index ? 1.0 : 0.0;
-      return;
-    case ChangeKind::kNothing:
-      return;
+    case ChangeKind::kGrowth: row[0] = n * at.by_growth_m; return;
+    case ChangeKind::kTouch: row[0] = touch == change.index ? 1.0 : 0.0; return;
+    case ChangeKind::kNothing: return;
   }
 }
-
-}  // namespace
-
-std::vector<PossibleChange> possible_changes(const Calibration& c,
-                                             const std::vector<ForeseenContact>& contacts) {
-  std::vector<std::string> spheres;
-  for (const ForeseenContact& contact : contacts)
-    if (std::ranges::find(spheres, contact.target) == spheres.end())
-      spheres.push_back(contact.target);
-  // Tools are displaced most often, then spheres; a joint's zero rarely slips, and a confirmed
-  // touch is rarely wrong.
-  constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05,
-                   kPositioner = 0.15;
-  std::vector<PossibleChange> changes{
-      {ChangeKind::kTool, c.cell.tool.name(), 0, 3, kTool, kLengthsM}};
-  for (const std::string& id : spheres)
-    changes.push_back(
-        {ChangeKind::kSphere, id, 0, 3, kSphere / static_cast<double>(spheres.size()), kLengthsM});
-  const std::vector<Joint>& joints = c.cell.robot.joints;
-  // A linear unit's zero that slipped looks as the arm's foot moved, which is no single change either.
-  const std::size_t first = c.cell.robot.first_turning();
-  const std::vector<PositionerAxis>& axes = c.cell.robot.positioner;
-  const double each = kJoint / static_cast<double>(joints.size() - 1 - first + axes.size());
-  for (std::size_t i = first; i + 1 < joints.size(); ++i)
-    changes.push_back({ChangeKind::kJoint, joints[i].name, i, 1, each, kAnglesRad});
-  for (std::size_t j = 0; j < axes.size(); ++j)
-    changes.push_back({ChangeKind::kJoint, axes[j].name, joints.size() + j, 1, each, kAnglesRad});
-  changes.push_back({ChangeKind::kGrowth, "", 0, 1, kGrowth, kGrowths});
-  for (std::size_t t = 0; t < contacts.size(); ++t)
-    changes.push_back({ChangeKind::kTouch, contacts[t].target, t, 1,
-                       kTouch / static_cast<double>(contacts.size()), kLengthsM});
-  if (!axes.empty()) {
-    for (PossibleChange& change : changes) change.weight *= 1.0 - kPositioner;
-    changes.push_back({ChangeKind::kPositioner, axes[0].name, 0, 6, kPositioner, kLengthsM});
-  }
-  return changes;
-}
-
-Changed changed(const PossibleChange& change, const Eigen::VectorXd& size,
-                const std::vector<ForeseenContact>& contacts) {
-  const auto n = static_cast<Eigen::Index>(contacts.size());
-  Changed result{Eigen::VectorXd(n), Eigen::MatrixXd::Zero(n, change.size)};
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const auto touch = static_cast<std::size_t>(k);
-    const ForeseenContact& at = contacts[touch];
-    const Place place = place_of(change, size.data(), at, touch);
-    result.off_m[k] =
-        (place.tip_m - place.centre_m).norm() - at.radius_m - at.offset_m + place.outside_m;
-    fill_row(change, size.data(), at, place, touch, result.by_size.row(k));
-  }
-  return result;
-}
-
-Eigen::MatrixXd columns_of(const PossibleChange& change,
-                           const std::vector<ForeseenContact>& contacts) {
-  return changed(change, Eigen::VectorXd::Zero(change.size), contacts).by_size;
-}
-
-namespace {
 
 /// About 200 draws exceed the threshold: a relative error of 1/14 in the false alarm rate.
 constexpr Eigen::Index kDraws = 200'000;
@@ -179,75 +110,6 @@ Eigen::MatrixXd drawn(Eigen::Index rows, Eigen::Index columns, Random& random) {
   for (double& one : draws.reshaped()) one = random.normal();
   return draws;
 }
-
-}  // namespace
-
-Alarm::Alarm(const std::vector<PossibleChange>& changes,
-             const std::vector<ForeseenContact>& contacts, const Eigen::MatrixXd& covariance_m2)
-    : covariance_(covariance_m2) {
-  const Eigen::Index n = covariance_m2.rows();
-  Eigen::Index all = 0;
-  for (const PossibleChange& change : changes) all += change.size;
-  directions_.resize(n, all);
-  square_.resize(all);
-  Eigen::Index first = 0;
-  for (const PossibleChange& change : changes) {
-    const Eigen::MatrixXd by = covariance_.whitened(columns_of(change, contacts));
-    if (change.kind == ChangeKind::kTool) by_tool_ = by;
-    const Eigenpairs pairs = eigenpairs(by.transpose() * by);
-    for (Eigen::Index k = 0; k < change.size; ++k) {
-      const double square = std::max(0.0, pairs.values[k]);
-      const Eigen::VectorXd moved = by * pairs.vectors.col(k);
-      square_[first + k] = square;
-      directions_.col(first + k) =
-          square > 0.0 ? Eigen::VectorXd(moved / std::sqrt(square)) : Eigen::VectorXd::Zero(n);
-    }
-    parts_.push_back({first, change.size, change.weight, change.usual});
-    first += change.size;
-  }
-  Random random(kSeed);
-  std::vector<double> odds;
-  for (Eigen::Index k = 0; k < kDraws; k += kBlock) {
-    const Eigen::VectorXd block = log_odds_of(drawn(n, kBlock, random));
-    odds.insert(odds.end(), block.begin(), block.end());
-  }
-  const auto at = static_cast<std::ptrdiff_t>((1.0 - kFalseAlarms) * static_cast<double>(kDraws));
-  std::nth_element(odds.begin(), odds.begin() + at, odds.end());
-  threshold_ = odds[static_cast<std::size_t>(at)];
-}
-
-Eigen::VectorXd Alarm::log_odds_of(const Eigen::MatrixXd& whitened) const {
-  const Eigen::MatrixXd along = product(directions_.transpose(), whitened).array().square();
-  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(whitened.cols());
-  for (const Part& part : parts_)
-    for (const double usual : part.usual) {
-      const Eigen::ArrayXd gain = usual * usual * square_.segment(part.first, part.size).array();
-      const Eigen::ArrayXd share = 0.5 * gain / (1.0 + gain);
-      const double volume = 0.5 * (1.0 + gain).log().sum();
-      const Eigen::ArrayXd exponent =
-          (share.matrix().transpose() * along.middleRows(part.first, part.size))
-              .transpose()
-              .array() -
-          volume;
-      constexpr double kMost = 600.0;  // above any threshold, finite
-      sum += part.weight / static_cast<double>(part.usual.size()) * exponent.min(kMost).exp();
-    }
-  return sum.log();
-}
-
-double Alarm::log_odds(const Eigen::VectorXd& whitened) const { return log_odds_of(whitened)[0]; }
-
-double Alarm::found(double shift_m) const {
-  Random random(kSeed + 1);
-  Eigen::MatrixXd whitened = drawn(by_tool_.rows(), kFindDraws, random);
-  Eigen::MatrixXd shifts = drawn(3, kFindDraws, random);
-  shifts.colwise().normalize();
-  whitened += shift_m * by_tool_ * shifts;
-  const auto above = (log_odds_of(whitened).array() > threshold_).count();
-  return static_cast<double>(above) / static_cast<double>(kFindDraws);
-}
-
-namespace {
 
 /// Shift that a check is required to find (method, section 9).
 constexpr double kFindsM = 0.15e-3;
@@ -313,6 +175,126 @@ std::vector<Unmet> unmet_of(const Calibration& calibration,
 }
 
 }  // namespace
+
+std::vector<PossibleChange> possible_changes(const Calibration& c,
+                                             const std::vector<ForeseenContact>& contacts) {
+  std::vector<std::string> spheres;
+  for (const ForeseenContact& contact : contacts)
+    if (std::ranges::find(spheres, contact.target) == spheres.end())
+      spheres.push_back(contact.target);
+  // Tools are displaced most often, then spheres; a joint's zero rarely slips, and a confirmed
+  // touch is rarely wrong.
+  constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05,
+                   kPositioner = 0.15;
+  std::vector<PossibleChange> changes{
+      {ChangeKind::kTool, c.cell.tool.name(), 0, 3, kTool, kLengthsM}};
+  for (const std::string& id : spheres)
+    changes.push_back(
+        {ChangeKind::kSphere, id, 0, 3, kSphere / static_cast<double>(spheres.size()), kLengthsM});
+  const std::vector<Joint>& joints = c.cell.robot.joints;
+  // A linear unit's zero that slipped looks as the arm's foot moved, which is no single change either.
+  const std::size_t first = c.cell.robot.first_turning();
+  const std::vector<PositionerAxis>& axes = c.cell.robot.positioner;
+  const double each = kJoint / static_cast<double>(joints.size() - 1 - first + axes.size());
+  for (std::size_t i = first; i + 1 < joints.size(); ++i)
+    changes.push_back({ChangeKind::kJoint, joints[i].name, i, 1, each, kAnglesRad});
+  for (std::size_t j = 0; j < axes.size(); ++j)
+    changes.push_back({ChangeKind::kJoint, axes[j].name, joints.size() + j, 1, each, kAnglesRad});
+  changes.push_back({ChangeKind::kGrowth, "", 0, 1, kGrowth, kGrowths});
+  for (std::size_t t = 0; t < contacts.size(); ++t)
+    changes.push_back({ChangeKind::kTouch, contacts[t].target, t, 1,
+                       kTouch / static_cast<double>(contacts.size()), kLengthsM});
+  if (!axes.empty()) {
+    for (PossibleChange& change : changes) change.weight *= 1.0 - kPositioner;
+    changes.push_back({ChangeKind::kPositioner, axes[0].name, 0, 6, kPositioner, kLengthsM});
+  }
+  return changes;
+}
+
+Changed changed(const PossibleChange& change, const Eigen::VectorXd& size,
+                const std::vector<ForeseenContact>& contacts) {
+  const auto n = static_cast<Eigen::Index>(contacts.size());
+  Changed result{Eigen::VectorXd(n), Eigen::MatrixXd::Zero(n, change.size)};
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto touch = static_cast<std::size_t>(k);
+    const ForeseenContact& at = contacts[touch];
+    const Place place = place_of(change, size.data(), at, touch);
+    result.off_m[k] =
+        (place.tip_m - place.centre_m).norm() - at.radius_m - at.offset_m + place.outside_m;
+    fill_row(change, size.data(), at, place, touch, result.by_size.row(k));
+  }
+  return result;
+}
+
+Eigen::MatrixXd columns_of(const PossibleChange& change,
+                           const std::vector<ForeseenContact>& contacts) {
+  return changed(change, Eigen::VectorXd::Zero(change.size), contacts).by_size;
+}
+
+Alarm::Alarm(const std::vector<PossibleChange>& changes,
+             const std::vector<ForeseenContact>& contacts, const Eigen::MatrixXd& covariance_m2)
+    : covariance_(covariance_m2) {
+  const Eigen::Index n = covariance_m2.rows();
+  Eigen::Index all = 0;
+  for (const PossibleChange& change : changes) all += change.size;
+  directions_.resize(n, all);
+  square_.resize(all);
+  Eigen::Index first = 0;
+  for (const PossibleChange& change : changes) {
+    const Eigen::MatrixXd by = covariance_.whitened(columns_of(change, contacts));
+    if (change.kind == ChangeKind::kTool) by_tool_ = by;
+    const Eigenpairs pairs = eigenpairs(by.transpose() * by);
+    for (Eigen::Index k = 0; k < change.size; ++k) {
+      const double square = std::max(0.0, pairs.values[k]);
+      const Eigen::VectorXd moved = by * pairs.vectors.col(k);
+      square_[first + k] = square;
+      directions_.col(first + k) =
+          square > 0.0 ? Eigen::VectorXd(moved / std::sqrt(square)) : Eigen::VectorXd::Zero(n);
+    }
+    parts_.push_back({first, change.size, change.weight, change.usual});
+    first += change.size;
+  }
+  Random random(kSeed);
+  std::vector<double> odds;
+  for (Eigen::Index k = 0; k < kDraws; k += kBlock) {
+    const Eigen::VectorXd block = log_odds_of(drawn(n, kBlock, random));
+    odds.insert(odds.end(), block.begin(), block.end());
+  }
+  const auto at = static_cast<std::ptrdiff_t>((1.0 - kFalseAlarms) * static_cast<double>(kDraws));
+  std::nth_element(odds.begin(), odds.begin() + at, odds.end());
+  threshold_ = odds[static_cast<std::size_t>(at)];
+}
+
+Eigen::VectorXd Alarm::log_odds_of(const Eigen::MatrixXd& whitened) const {
+  const Eigen::MatrixXd along = product(directions_.transpose(), whitened).array().square();
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(whitened.cols());
+  for (const Part& part : parts_)
+    for (const double usual : part.usual) {
+      const Eigen::ArrayXd gain = usual * usual * square_.segment(part.first, part.size).array();
+      const Eigen::ArrayXd share = 0.5 * gain / (1.0 + gain);
+      const double volume = 0.5 * (1.0 + gain).log().sum();
+      const Eigen::ArrayXd exponent =
+          (share.matrix().transpose() * along.middleRows(part.first, part.size))
+              .transpose()
+              .array() -
+          volume;
+      constexpr double kMost = 600.0;  // above any threshold, finite
+      sum += part.weight / static_cast<double>(part.usual.size()) * exponent.min(kMost).exp();
+    }
+  return sum.log();
+}
+
+double Alarm::log_odds(const Eigen::VectorXd& whitened) const { return log_odds_of(whitened)[0]; }
+
+double Alarm::found(double shift_m) const {
+  Random random(kSeed + 1);
+  Eigen::MatrixXd whitened = drawn(by_tool_.rows(), kFindDraws, random);
+  Eigen::MatrixXd shifts = drawn(3, kFindDraws, random);
+  shifts.colwise().normalize();
+  whitened += shift_m * by_tool_ * shifts;
+  const auto above = (log_odds_of(whitened).array() > threshold_).count();
+  return static_cast<double>(above) / static_cast<double>(kFindDraws);
+}
 
 TcpChecker::TcpChecker(const Calibration& calibration, const std::vector<Touch>& expected,
                        const std::vector<std::vector<Touch>>& references)

@@ -26,47 +26,43 @@ double rms_sigma_m(const std::vector<Problem::Length>& lengths) {
   return count > 0.0 ? std::sqrt(square_m2 / count) : 0.0;
 }
 
+/// Touch noise of the covariance: as stated where the residuals are smaller.
+double used_noise_m(const Calibration& c) {
+  return c.chi2_per_dof > 0.0 ? c.touch_noise_m / std::sqrt(std::min(1.0, c.chi2_per_dof))
+                              : c.touch_noise_m;
+}
+
 }  // namespace
 
 UncertaintySource source_of(const ParameterKey& key) {
   if (is_positioner_compliance(key)) return UncertaintySource::kLoads;
   switch (key.kind) {
     case ParameterKind::kD:
-    case ParameterKind::kA:
-      return UncertaintySource::kArmLengths;
+    case ParameterKind::kA: return UncertaintySource::kArmLengths;
     case ParameterKind::kTheta:
     case ParameterKind::kAlpha:
-    case ParameterKind::kBeta:
-      return UncertaintySource::kArmAngles;
-    case ParameterKind::kGuide:
-      return UncertaintySource::kLinearUnit;
+    case ParameterKind::kBeta: return UncertaintySource::kArmAngles;
+    case ParameterKind::kGuide: return UncertaintySource::kLinearUnit;
     case ParameterKind::kCosine:
     case ParameterKind::kSine:
     case ParameterKind::kFunctionCosine:
     case ParameterKind::kFunctionSine:
-    case ParameterKind::kPlay:
-      return UncertaintySource::kTransmission;
+    case ParameterKind::kPlay: return UncertaintySource::kTransmission;
     case ParameterKind::kCompliance:
     case ParameterKind::kLoad:
     case ParameterKind::kBearing:
     case ParameterKind::kStiffening:
-    case ParameterKind::kDeflection:
-      return UncertaintySource::kLoads;
-    case ParameterKind::kTcp:
-      return UncertaintySource::kTool;
-    case ParameterKind::kEffectiveRadius:
-      return UncertaintySource::kEffectiveRadius;
-    case ParameterKind::kLatchDelay:
-      return UncertaintySource::kLatchDelay;
-    case ParameterKind::kRadius:
-      return UncertaintySource::kDiameters;
+    case ParameterKind::kDeflection: return UncertaintySource::kLoads;
+    case ParameterKind::kTcp: return UncertaintySource::kTool;
+    case ParameterKind::kEffectiveRadius: return UncertaintySource::kEffectiveRadius;
+    case ParameterKind::kLatchDelay: return UncertaintySource::kLatchDelay;
+    case ParameterKind::kRadius: return UncertaintySource::kDiameters;
     case ParameterKind::kPositioner:
     case ParameterKind::kCentre:
     case ParameterKind::kTilt:
     case ParameterKind::kShift:
     case ParameterKind::kTurn:
-    case ParameterKind::kProbeTurn:
-      return UncertaintySource::kPlaces;
+    case ParameterKind::kProbeTurn: return UncertaintySource::kPlaces;
   }
   return UncertaintySource::kPlaces;
 }
@@ -80,16 +76,6 @@ std::optional<double> prior_sigma_u(const Unknown& unknown, const LevelMean& lev
                                                       : 1.0;
   return level / unknown.prior_weight;
 }
-
-namespace {
-
-/// Touch noise of the covariance: as stated where the residuals are smaller.
-double used_noise_m(const Calibration& c) {
-  return c.chi2_per_dof > 0.0 ? c.touch_noise_m / std::sqrt(std::min(1.0, c.chi2_per_dof))
-                              : c.touch_noise_m;
-}
-
-}  // namespace
 
 UncertaintyBudget::UncertaintyBudget(const Problem& problem, const Estimate& e, double inflation,
                                      const Calibration& c)

@@ -135,25 +135,6 @@ class OutlierRejection {
   std::vector<bool> fit_, came_back_, settled_;
 };
 
-}  // namespace
-
-std::vector<bool> fit_touches(const Problem& problem) {
-  std::vector<bool> fit(problem.touches().size());
-  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = problem.touches()[i].set == TouchSet::kFit;
-  return fit;
-}
-
-std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
-                                 Estimate& e) {
-  std::vector<bool> inliers = fit_touches(problem);
-  const std::vector<Studentised> off = studentise_and_set_gate(problem, options, inliers, e);
-  for (std::size_t i = 0; i < off.size(); ++i)
-    if (off[i].sigmas > e.gate) inliers[i] = false;
-  return inliers;
-}
-
-namespace {
-
 /// Scale of Cauchy's loss: nearly full weight for good touches, almost none for gross errors.
 constexpr double kCauchySigma = 2.0;
 constexpr int kOutlierRounds = 20;
@@ -275,6 +256,21 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
 }
 
 }  // namespace
+
+std::vector<bool> fit_touches(const Problem& problem) {
+  std::vector<bool> fit(problem.touches().size());
+  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = problem.touches()[i].set == TouchSet::kFit;
+  return fit;
+}
+
+std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
+                                 Estimate& e) {
+  std::vector<bool> inliers = fit_touches(problem);
+  const std::vector<Studentised> off = studentise_and_set_gate(problem, options, inliers, e);
+  for (std::size_t i = 0; i < off.size(); ++i)
+    if (off[i].sigmas > e.gate) inliers[i] = false;
+  return inliers;
+}
 
 /// Each round is one Gauss-Newton step of every level, or a share of it (Relaxation); levels of
 /// negligible probability are dropped.

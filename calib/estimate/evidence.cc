@@ -56,29 +56,6 @@ double log_prior(const ModelLevel& level) {
   return sum;
 }
 
-}  // namespace
-
-std::vector<ModelLevel> usual_levels(bool with_play) {
-  std::vector<ModelLevel> levels;
-  for (const Prior& ripple : kRipple)
-    for (const Prior& compliance : kCompliance)
-      for (const double play : {0.0, 1.0})
-        for (const Prior& transmission : kTransmission)
-          if (play == 0.0 || (with_play && compliance.value == kLargest))
-            levels.push_back({compliance.value, transmission.value, ripple.value, play});
-  return levels;
-}
-
-std::vector<ModelLevel> levels_beside_functions(bool with_play) {
-  std::vector<ModelLevel> levels = usual_levels(with_play), between = levels;
-  std::erase_if(between, [](const ModelLevel& level) { return level.ripple_rad != 0.0; });
-  for (ModelLevel& level : between) level.ripple_rad = kRippleBeside.value;
-  levels.insert(levels.end(), between.begin(), between.end());
-  return levels;
-}
-
-namespace {
-
 /// Without the levels that have no ripple, where the touches' noise as used leaves most of the stated
 /// one to their postures.
 std::vector<ModelLevel> offered(const Problem& problem, std::span<const ModelLevel> levels) {
@@ -93,30 +70,6 @@ std::vector<ModelLevel> offered(const Problem& problem, std::span<const ModelLev
                  : all;
   return all;
 }
-
-}  // namespace
-
-PlayBeforehand play_beforehand() {
-  return {kPlayed, kPlayed * kCompliance[std::size(kCompliance) - 1].probability};
-}
-
-LevelSums::LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Linearisation& at,
-                     std::span<const ModelLevel> levels)
-    : groups_(problem), start_(u(groups_.order)), levels_(offered(problem, levels)) {
-  const Eigen::Index n = problem.size();
-  for (const ModelLevel& level : levels_)
-    if (std::ranges::find(gathered_, level.ripple_rad, &Gathered::ripple_rad) == gathered_.end())
-      gathered_.push_back(
-          {level.ripple_rad, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
-  add(problem, at);
-}
-
-void LevelSums::add(const Problem& problem, const Linearisation& rows) {
-  const MeanRows mean = mean_rows(problem, rows);
-  for (Gathered& g : gathered_) gather(problem, mean, groups_, g);  // (34)
-}
-
-namespace {
 
 struct Solved {
   Step step;
@@ -216,6 +169,45 @@ Eigen::MatrixXd covariance_of(const std::list<Eliminated>& eliminated,
 }
 
 }  // namespace
+
+std::vector<ModelLevel> usual_levels(bool with_play) {
+  std::vector<ModelLevel> levels;
+  for (const Prior& ripple : kRipple)
+    for (const Prior& compliance : kCompliance)
+      for (const double play : {0.0, 1.0})
+        for (const Prior& transmission : kTransmission)
+          if (play == 0.0 || (with_play && compliance.value == kLargest))
+            levels.push_back({compliance.value, transmission.value, ripple.value, play});
+  return levels;
+}
+
+std::vector<ModelLevel> levels_beside_functions(bool with_play) {
+  std::vector<ModelLevel> levels = usual_levels(with_play), between = levels;
+  std::erase_if(between, [](const ModelLevel& level) { return level.ripple_rad != 0.0; });
+  for (ModelLevel& level : between) level.ripple_rad = kRippleBeside.value;
+  levels.insert(levels.end(), between.begin(), between.end());
+  return levels;
+}
+
+PlayBeforehand play_beforehand() {
+  return {kPlayed, kPlayed * kCompliance[std::size(kCompliance) - 1].probability};
+}
+
+LevelSums::LevelSums(const Problem& problem, const Eigen::VectorXd& u, const Linearisation& at,
+                     std::span<const ModelLevel> levels)
+    : groups_(problem), start_(u(groups_.order)), levels_(offered(problem, levels)) {
+  const Eigen::Index n = problem.size();
+  for (const ModelLevel& level : levels_)
+    if (std::ranges::find(gathered_, level.ripple_rad, &Gathered::ripple_rad) == gathered_.end())
+      gathered_.push_back(
+          {level.ripple_rad, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
+  add(problem, at);
+}
+
+void LevelSums::add(const Problem& problem, const Linearisation& rows) {
+  const MeanRows mean = mean_rows(problem, rows);
+  for (Gathered& g : gathered_) gather(problem, mean, groups_, g);  // (34)
+}
 
 /// Solutions of all levels, with what they refer to.
 struct LevelSums::Solutions {

@@ -90,7 +90,8 @@ void add_slopes(const Calibration& c, const ArmModel& arm, const Eigen::MatrixXd
       moves.col(p) = axes.col(parameter.axis);
   }
   const PositionBound bound(arm, arm_values(arm, c), covariance, 0.0);
-  const Eigen::Matrix<double, 3, 6> turn = base_motion(line.direction) - base_motion(Vector3d::Zero());
+  const Eigen::Matrix<double, 3, 6> turn =
+      base_motion(line.direction) - base_motion(Vector3d::Zero());
   line.direction_u95_rad = radius_95(bound.covariance(moves, turn));
 }
 
@@ -122,7 +123,8 @@ std::vector<Eigen::Isometry3d> carriage_as_found(const Calibration& c,
   return found;
 }
 
-std::optional<LinearUnitLine> linear_unit_line(const Calibration& c, std::span<const Touch> touches) {
+std::optional<LinearUnitLine> linear_unit_line(const Calibration& c,
+                                               std::span<const Touch> touches) {
   if (c.cell.robot.first_turning() == 0) return std::nullopt;
   const ArmModel arm(at_level(c.cell, c.level));
   const Eigen::VectorXd x = arm_values(arm, c);
@@ -277,10 +279,10 @@ Eigen::Isometry3d carried_as_found(const Calibration& c, std::span<const double>
   for (std::size_t j = 0; j < positioner_rad.size(); ++j) {
     const double scale = 1.0 + correction_of(c, positioner_parameter(j, AxisError::kScale));
     const Vector3d give = give_rad_per_nm(c, j).cwiseProduct(moment_nm[j]);
-    place = place * axis_as_found(c, j, give) *
-            Eigen::AngleAxisd(
-                c.cell.robot.positioner.at(j).sign * scale * positioner_rad[j] + give.z(),
-                Vector3d::UnitZ());
+    place =
+        place * axis_as_found(c, j, give) *
+        Eigen::AngleAxisd(c.cell.robot.positioner.at(j).sign * scale * positioner_rad[j] + give.z(),
+                          Vector3d::UnitZ());
   }
   return place;
 }

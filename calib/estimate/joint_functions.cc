@@ -202,54 +202,6 @@ void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Comp
   }
 }
 
-}  // namespace
-
-bool has_functions(const Robot& robot) {
-  return std::ranges::any_of(robot.joints, [](const Joint& joint) {
-    return joint.function_sigma_rad > 0.0 || !joint.waves.empty();
-  });
-}
-
-Cell with_learnt_of(const Robot& robot, Cell cell) {
-  for (std::size_t i = 0; i < cell.robot.joints.size(); ++i) {
-    const Joint& from = robot.joints[i];
-    Joint& to = cell.robot.joints[i];
-    to.bearing_sigma_rad_per_nm = from.bearing_sigma_rad_per_nm;
-    to.function_sigma_rad = from.function_sigma_rad;
-    to.function_fast_sigma_rad = from.function_fast_sigma_rad;
-    to.function_reach_rad = from.function_reach_rad;
-    to.waves = from.waves;
-    to.function_min_rad = from.function_min_rad;
-    to.function_max_rad = from.function_max_rad;
-  }
-  return cell;
-}
-
-Robot with_bearings(Robot robot, double share) {
-  double compliance = 0.0;
-  for (auto joint = robot.joints.rbegin(); joint != robot.joints.rend(); ++joint) {
-    if (joint->is_prismatic()) continue;
-    if (joint->compliance_sigma_rad_per_nm > 0.0) compliance = joint->compliance_sigma_rad_per_nm;
-    joint->bearing_sigma_rad_per_nm = share * compliance;
-  }
-  return robot;
-}
-
-bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e) {
-  const SizedRows rows = sized_rows(plain, e);
-  if (rows.residual_m.size() < kFewestRows) return false;
-  richer.set_ripple(e.levels.ripple_rad);
-  const std::vector<bool> some = spread_rows(richer, e.use);
-  const Linearisation at =
-      mean_rows(richer, linearise(richer, carried_over(plain, richer, e.u), some)).linear;
-  const Eigen::MatrixXd added =
-      rows.sigma_m.asDiagonal() *
-      at.jacobian(place_rows(richer, at, some), carried(plain, richer).added);
-  return correlated(rows, product(added, added.transpose()), e);
-}
-
-namespace {
-
 /// Variances of the rows, and what the unknowns of the plain arm give them.
 struct Sizing {
   Sizing(const Problem& plain, const Repeats& repeats, const Estimate& e, const SizedRows& of)
@@ -306,7 +258,67 @@ void set_ranges(const Problem& plain, const Estimate& e, Robot& robot) {
   }
 }
 
+/// The estimate `e` of `plain` in the unknowns of `richer`, linearised there.
+Estimate begun_with(const Problem& plain, Problem& richer, const Estimate& e) {
+  Estimate with;
+  with.u = carried_over(plain, richer, e.u);
+  with.use = e.use;
+  with.gate = e.gate;
+  richer.set_ripple(e.levels.ripple_rad);
+  linearise(richer, with.u, with.use, with.posterior.linear);
+  return with;
+}
+
+double log_evidence(const Problem& problem, const Estimate& e,
+                    const std::vector<ModelLevel>& levels) {
+  return LevelSums(problem, e.u, e.posterior.linear, levels).log_evidence();
+}
+
 }  // namespace
+
+bool has_functions(const Robot& robot) {
+  return std::ranges::any_of(robot.joints, [](const Joint& joint) {
+    return joint.function_sigma_rad > 0.0 || !joint.waves.empty();
+  });
+}
+
+Cell with_learnt_of(const Robot& robot, Cell cell) {
+  for (std::size_t i = 0; i < cell.robot.joints.size(); ++i) {
+    const Joint& from = robot.joints[i];
+    Joint& to = cell.robot.joints[i];
+    to.bearing_sigma_rad_per_nm = from.bearing_sigma_rad_per_nm;
+    to.function_sigma_rad = from.function_sigma_rad;
+    to.function_fast_sigma_rad = from.function_fast_sigma_rad;
+    to.function_reach_rad = from.function_reach_rad;
+    to.waves = from.waves;
+    to.function_min_rad = from.function_min_rad;
+    to.function_max_rad = from.function_max_rad;
+  }
+  return cell;
+}
+
+Robot with_bearings(Robot robot, double share) {
+  double compliance = 0.0;
+  for (auto joint = robot.joints.rbegin(); joint != robot.joints.rend(); ++joint) {
+    if (joint->is_prismatic()) continue;
+    if (joint->compliance_sigma_rad_per_nm > 0.0) compliance = joint->compliance_sigma_rad_per_nm;
+    joint->bearing_sigma_rad_per_nm = share * compliance;
+  }
+  return robot;
+}
+
+bool speaks_for(const Problem& plain, Problem& richer, const Estimate& e) {
+  const SizedRows rows = sized_rows(plain, e);
+  if (rows.residual_m.size() < kFewestRows) return false;
+  richer.set_ripple(e.levels.ripple_rad);
+  const std::vector<bool> some = spread_rows(richer, e.use);
+  const Linearisation at =
+      mean_rows(richer, linearise(richer, carried_over(plain, richer, e.u), some)).linear;
+  const Eigen::MatrixXd added =
+      rows.sigma_m.asDiagonal() *
+      at.jacobian(place_rows(richer, at, some), carried(plain, richer).added);
+  return correlated(rows, product(added, added.transpose()), e);
+}
 
 std::optional<Robot> size_functions(const Problem& problem, const Repeats& repeats,
                                     const Estimate& e) {
@@ -366,26 +378,6 @@ std::optional<Robot> size_fast_orders(const Problem& problem, const Repeats& rep
   }
   return any ? std::optional(std::move(robot)) : std::nullopt;
 }
-
-namespace {
-
-/// The estimate `e` of `plain` in the unknowns of `richer`, linearised there.
-Estimate begun_with(const Problem& plain, Problem& richer, const Estimate& e) {
-  Estimate with;
-  with.u = carried_over(plain, richer, e.u);
-  with.use = e.use;
-  with.gate = e.gate;
-  richer.set_ripple(e.levels.ripple_rad);
-  linearise(richer, with.u, with.use, with.posterior.linear);
-  return with;
-}
-
-double log_evidence(const Problem& problem, const Estimate& e,
-                    const std::vector<ModelLevel>& levels) {
-  return LevelSums(problem, e.u, e.posterior.linear, levels).log_evidence();
-}
-
-}  // namespace
 
 double evidence_gain(const Problem& plain, Problem& richer, const Estimate& e) {
   std::vector<ModelLevel> likely;

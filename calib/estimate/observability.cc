@@ -44,86 +44,6 @@ Eigen::MatrixXd gram_of(const RowMajor& jacobian, const std::vector<int>& column
   return gram;
 }
 
-}  // namespace
-
-Observability indices_of(std::span<const double> singular_values, int rows) {
-  Observability o;
-  o.rows = rows;
-  o.directions = static_cast<int>(singular_values.size());
-  o.singular_values.assign(singular_values.begin(), singular_values.end());
-  std::sort(o.singular_values.begin(), o.singular_values.end(), std::greater<>());
-  if (o.singular_values.empty() || rows == 0) return o;
-  const double largest = o.singular_values.front();
-  double log_sum = 0.0, inverse_sum = 0.0, smallest = 0.0;
-  for (const double s : o.singular_values) {
-    if (!(s > std::max(kSeen, kRounding * largest))) break;
-    ++o.rank;
-    if (s > 1.0) ++o.determined;
-    log_sum += std::log(s);
-    inverse_sum += 1.0 / s;
-    smallest = s;
-  }
-  if (o.rank == 0) return o;
-  o.o1 = std::exp(log_sum / o.rank) / std::sqrt(rows);  // (43)
-  o.o2 = smallest / largest;
-  o.o3 = smallest;
-  o.o4 = smallest * smallest / largest;
-  o.o5 = 1.0 / inverse_sum;
-  o.condition = largest / smallest;
-  return o;
-}
-
-Observability observability(const Problem& problem, const Linearisation& linear,
-                            const Eigen::MatrixXd& frame_basis_u) {
-  std::vector<int> columns;  // geometry, then nuisances: positioner, target positions and radii
-  for (int i = 0; i < problem.arm_size(); ++i)
-    if (is_geometry(problem.arm().parameters()[static_cast<std::size_t>(i)].kind))
-      columns.push_back(i);
-  const auto geometry = static_cast<Eigen::Index>(columns.size());
-  const auto is_positioners = [&](int i) {
-    return i < problem.arm_size() && problem.arm().parameters()[static_cast<std::size_t>(i)].kind ==
-                                         ParameterKind::kPositioner;
-  };
-  for (int i = 0; i < problem.size(); ++i)
-    if (i >= problem.arm_size() || is_positioners(i)) columns.push_back(i);
-  const Eigen::Index nuisances = static_cast<Eigen::Index>(columns.size()) - geometry;
-
-  const Eigen::MatrixXd gram = gram_of(linear.jacobian, columns);
-  Eigen::MatrixXd nuisance = gram.bottomRightCorner(nuisances, nuisances);
-  for (Eigen::Index k = 0; k < nuisances; ++k) {
-    const int i = columns[static_cast<std::size_t>(geometry + k)];
-    nuisance(k, k) +=
-        is_positioners(i) || problem.unknowns()[static_cast<std::size_t>(i)].held_by_geometry
-            ? 1.0
-            : kFlatDirection * kFlatDirection;  // in its own prior sigmas
-  }
-  Eigen::MatrixXd coupling = gram.bottomLeftCorner(nuisances, geometry);
-  coupling = Cholesky(nuisance).whitened(coupling);
-  Eigen::MatrixXd left = gram.topLeftCorner(geometry, geometry).selfadjointView<Eigen::Lower>();
-  add_product(-1.0, coupling.transpose(), coupling, left);  // (42)
-
-  // The frame directions' rows of the geometry span the subspace to be removed.
-  if (frame_basis_u.cols() > 0 && geometry > 0) {
-    Eigen::MatrixXd frame(geometry, frame_basis_u.cols());
-    for (Eigen::Index k = 0; k < geometry; ++k)
-      frame.row(k) = frame_basis_u.row(columns[static_cast<std::size_t>(k)]);
-    left = without_span(std::move(left), frame, kRounding);
-  }
-  std::vector<double> singular;
-  if (left.rows() > 0)
-    for (const double square : eigenvalues(left))
-      singular.push_back(std::sqrt(std::max(0.0, square)));
-  // At most as many directions as rows are observable; the rest is rounding.
-  std::sort(singular.begin(), singular.end(), std::greater<>());
-  const auto rows = static_cast<std::size_t>(linear.jacobian.rows());
-  for (std::size_t k = rows; k < singular.size(); ++k) singular[k] = 0.0;
-  Observability result = indices_of(singular, static_cast<int>(rows));
-  result.unknowns = problem.size();
-  return result;
-}
-
-namespace {
-
 /// A direction along which a step of one tolerance moves all touches together by less than this
 /// many touch sigmas is weak: its estimate is the tolerance.
 constexpr double kNoInformation = 0.3;
@@ -398,6 +318,82 @@ void name_weak(const Problem& problem, const Eigen::MatrixXd& directions,
 }
 
 }  // namespace
+
+Observability indices_of(std::span<const double> singular_values, int rows) {
+  Observability o;
+  o.rows = rows;
+  o.directions = static_cast<int>(singular_values.size());
+  o.singular_values.assign(singular_values.begin(), singular_values.end());
+  std::sort(o.singular_values.begin(), o.singular_values.end(), std::greater<>());
+  if (o.singular_values.empty() || rows == 0) return o;
+  const double largest = o.singular_values.front();
+  double log_sum = 0.0, inverse_sum = 0.0, smallest = 0.0;
+  for (const double s : o.singular_values) {
+    if (!(s > std::max(kSeen, kRounding * largest))) break;
+    ++o.rank;
+    if (s > 1.0) ++o.determined;
+    log_sum += std::log(s);
+    inverse_sum += 1.0 / s;
+    smallest = s;
+  }
+  if (o.rank == 0) return o;
+  o.o1 = std::exp(log_sum / o.rank) / std::sqrt(rows);  // (43)
+  o.o2 = smallest / largest;
+  o.o3 = smallest;
+  o.o4 = smallest * smallest / largest;
+  o.o5 = 1.0 / inverse_sum;
+  o.condition = largest / smallest;
+  return o;
+}
+
+Observability observability(const Problem& problem, const Linearisation& linear,
+                            const Eigen::MatrixXd& frame_basis_u) {
+  std::vector<int> columns;  // geometry, then nuisances: positioner, target positions and radii
+  for (int i = 0; i < problem.arm_size(); ++i)
+    if (is_geometry(problem.arm().parameters()[static_cast<std::size_t>(i)].kind))
+      columns.push_back(i);
+  const auto geometry = static_cast<Eigen::Index>(columns.size());
+  const auto is_positioners = [&](int i) {
+    return i < problem.arm_size() && problem.arm().parameters()[static_cast<std::size_t>(i)].kind ==
+                                         ParameterKind::kPositioner;
+  };
+  for (int i = 0; i < problem.size(); ++i)
+    if (i >= problem.arm_size() || is_positioners(i)) columns.push_back(i);
+  const Eigen::Index nuisances = static_cast<Eigen::Index>(columns.size()) - geometry;
+
+  const Eigen::MatrixXd gram = gram_of(linear.jacobian, columns);
+  Eigen::MatrixXd nuisance = gram.bottomRightCorner(nuisances, nuisances);
+  for (Eigen::Index k = 0; k < nuisances; ++k) {
+    const int i = columns[static_cast<std::size_t>(geometry + k)];
+    nuisance(k, k) +=
+        is_positioners(i) || problem.unknowns()[static_cast<std::size_t>(i)].held_by_geometry
+            ? 1.0
+            : kFlatDirection * kFlatDirection;  // in its own prior sigmas
+  }
+  Eigen::MatrixXd coupling = gram.bottomLeftCorner(nuisances, geometry);
+  coupling = Cholesky(nuisance).whitened(coupling);
+  Eigen::MatrixXd left = gram.topLeftCorner(geometry, geometry).selfadjointView<Eigen::Lower>();
+  add_product(-1.0, coupling.transpose(), coupling, left);  // (42)
+
+  // The frame directions' rows of the geometry span the subspace to be removed.
+  if (frame_basis_u.cols() > 0 && geometry > 0) {
+    Eigen::MatrixXd frame(geometry, frame_basis_u.cols());
+    for (Eigen::Index k = 0; k < geometry; ++k)
+      frame.row(k) = frame_basis_u.row(columns[static_cast<std::size_t>(k)]);
+    left = without_span(std::move(left), frame, kRounding);
+  }
+  std::vector<double> singular;
+  if (left.rows() > 0)
+    for (const double square : eigenvalues(left))
+      singular.push_back(std::sqrt(std::max(0.0, square)));
+  // At most as many directions as rows are observable; the rest is rounding.
+  std::sort(singular.begin(), singular.end(), std::greater<>());
+  const auto rows = static_cast<std::size_t>(linear.jacobian.rows());
+  for (std::size_t k = rows; k < singular.size(); ++k) singular[k] = 0.0;
+  Observability result = indices_of(singular, static_cast<int>(rows));
+  result.unknowns = problem.size();
+  return result;
+}
 
 FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
                                       const TipMoves& stiff, const Eigen::MatrixXd& moves_m) {

@@ -16,6 +16,65 @@ namespace {
 constexpr int kPoses = 200;
 constexpr unsigned kRegionSeed = 20240924;
 
+constexpr int kArms = 400;  ///< drawn from the covariance
+constexpr double kShare = 0.95, kConfidence = 0.98;
+double quantile(std::vector<double>& values, double share) {
+  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + k, values.end());
+  return values[static_cast<std::size_t>(k)];
+}
+
+/// Root F with F F' = covariance, which may be singular and of mixed units. The symmetric root of
+/// the correlations depends continuously on the covariance, so that draws are reproducible after
+/// the numbers have been written to a file and read again.
+Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
+  const Eigenpairs pairs = eigenpairs(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  const Eigen::VectorXd roots = pairs.values.cwiseMax(0.0).cwiseSqrt();
+  return sigma.asDiagonal() * (pairs.vectors * roots.asDiagonal() * pairs.vectors.transpose());
+}
+
+/// Region where a user may measure the base, and the base motion that absorbs each parameter there.
+struct Region {
+  std::vector<Eigen::Index> poses;
+  Eigen::MatrixXd taken_up;  ///< 6 x parameters
+};
+
+/// All poses, and, where the base is measured in any of them, the lower and the upper half of them by
+/// each row: coordinates of the tips, angles of a positioner.
+std::vector<Region> regions_of(const Eigen::MatrixXd& by, bool halves) {
+  std::vector<Region> regions(1);
+  for (Eigen::Index k = 0; k < by.cols(); ++k) regions[0].poses.push_back(k);
+  if (!halves) return regions;
+  for (Eigen::Index row = 0; row < by.rows(); ++row) {
+    std::vector<Eigen::Index> order = regions[0].poses;
+    std::sort(order.begin(), order.end(),
+              [&](Eigen::Index a, Eigen::Index b) { return by(row, a) < by(row, b); });
+    const auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
+    regions.push_back({{order.begin(), middle}, {}});
+    regions.push_back({{middle, order.end()}, {}});
+  }
+  return regions;
+}
+
+/// The three rows of each of `poses`.
+Eigen::MatrixXd rows_of(const Eigen::MatrixXd& all, const std::vector<Eigen::Index>& poses) {
+  Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(poses.size()), all.cols());
+  Eigen::Index row = 0;
+  for (const Eigen::Index k : poses) {
+    rows.middleRows<3>(row) = all.middleRows<3>(3 * k);
+    row += 3;
+  }
+  return rows;
+}
+
+/// Rows of the fit at postures of their own: those of repeats, and of turns, hold the same ripple.
+double rows_of_postures(const Calibration& c) {
+  const double postures = c.after.count - c.repeats.degrees_of_freedom;
+  return std::min(c.degrees_of_freedom, (c.region.empty() ? 1.0 : 3.0) * postures);
+}
+
 }  // namespace
 
 struct Predictor::Impl {
@@ -75,63 +134,6 @@ Eigen::Isometry3d Predictor::nominal(std::span<const double> joint_rad,
   return impl_->arm.nominal_tcp(joint_rad, 0, carrier_rad);
 }
 
-namespace {
-
-constexpr int kArms = 400;  ///< drawn from the covariance
-constexpr double kShare = 0.95, kConfidence = 0.98;
-double quantile(std::vector<double>& values, double share) {
-  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + k, values.end());
-  return values[static_cast<std::size_t>(k)];
-}
-
-/// Root F with F F' = covariance, which may be singular and of mixed units. The symmetric root of
-/// the correlations depends continuously on the covariance, so that draws are reproducible after
-/// the numbers have been written to a file and read again.
-Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
-  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
-  const Eigenpairs pairs = eigenpairs(inverse.asDiagonal() * covariance * inverse.asDiagonal());
-  const Eigen::VectorXd roots = pairs.values.cwiseMax(0.0).cwiseSqrt();
-  return sigma.asDiagonal() * (pairs.vectors * roots.asDiagonal() * pairs.vectors.transpose());
-}
-
-/// Region where a user may measure the base, and the base motion that absorbs each parameter there.
-struct Region {
-  std::vector<Eigen::Index> poses;
-  Eigen::MatrixXd taken_up;  ///< 6 x parameters
-};
-
-/// All poses, and, where the base is measured in any of them, the lower and the upper half of them by
-/// each row: coordinates of the tips, angles of a positioner.
-std::vector<Region> regions_of(const Eigen::MatrixXd& by, bool halves) {
-  std::vector<Region> regions(1);
-  for (Eigen::Index k = 0; k < by.cols(); ++k) regions[0].poses.push_back(k);
-  if (!halves) return regions;
-  for (Eigen::Index row = 0; row < by.rows(); ++row) {
-    std::vector<Eigen::Index> order = regions[0].poses;
-    std::sort(order.begin(), order.end(),
-              [&](Eigen::Index a, Eigen::Index b) { return by(row, a) < by(row, b); });
-    const auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
-    regions.push_back({{order.begin(), middle}, {}});
-    regions.push_back({{middle, order.end()}, {}});
-  }
-  return regions;
-}
-
-/// The three rows of each of `poses`.
-Eigen::MatrixXd rows_of(const Eigen::MatrixXd& all, const std::vector<Eigen::Index>& poses) {
-  Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(poses.size()), all.cols());
-  Eigen::Index row = 0;
-  for (const Eigen::Index k : poses) {
-    rows.middleRows<3>(row) = all.middleRows<3>(3 * k);
-    row += 3;
-  }
-  return rows;
-}
-
-}  // namespace
-
 Scope::Scope(const Calibration& calibration) : workspace_(calibration.verdict.workspace) {
   const ArmModel arm(calibration.cell);
   for (const JointVector& q : calibration.region) near_.push_back({arm.nominal_tip_m(q), 0});
@@ -150,16 +152,6 @@ bool Scope::holds_at(const Eigen::Vector3d& tcp_m, int carriers) const {
                   (tcp_m - place.place_m).cwiseAbs().maxCoeff() <= kNearM;
          });
 }
-
-namespace {
-
-/// Rows of the fit at postures of their own: those of repeats, and of turns, hold the same ripple.
-double rows_of_postures(const Calibration& c) {
-  const double postures = c.after.count - c.repeats.degrees_of_freedom;
-  return std::min(c.degrees_of_freedom, (c.region.empty() ? 1.0 : 3.0) * postures);
-}
-
-}  // namespace
 
 double ripple_elsewhere_rad(double ripple_rad, double rows) {
   constexpr double kFew = 300.0;

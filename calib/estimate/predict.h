@@ -32,8 +32,7 @@ class Predictor {
 
   /// `carrier_rad`: angles of those axes; `outer_rad`: of the axes after them, which load them; empty:
   /// 0. Throws std::invalid_argument for another number.
-  Prediction calibrated(std::span<const double> joint_rad,
-                        std::span<const double> carrier_rad = {},
+  Prediction calibrated(std::span<const double> joint_rad, std::span<const double> carrier_rad = {},
                         std::span<const double> outer_rad = {}) const;
   /// Predicted mean 3-D error [m] over at least 3 poses after alignment by a base motion; excludes
   /// gear errors beyond the model. 0 without covariance.

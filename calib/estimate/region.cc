@@ -141,6 +141,13 @@ Eigen::MatrixXd without_base_motion(const Eigen::Matrix3Xd& all_tips_m,
   return moves_m - rigid * square.completeOrthogonalDecomposition().solve(pulled);
 }
 
+constexpr int kDrawnArms = 400;  // for a relative error of the spread of 4 %
+constexpr unsigned kDrawSeed = 41;
+
+double variance(const Eigen::VectorXd& values) {
+  return (values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1);
+}
+
 }  // namespace
 
 Eigen::MatrixXd aligned(const TipMoves& at) { return without_base_motion(at.tips_m, at.moves_m); }
@@ -187,17 +194,6 @@ double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixX
     sum += std::sqrt(std::max(0.0, variance.segment<3>(3 * k).sum()) + stays_m2[k]);
   return kMeanOverRms * sum / static_cast<double>(count);  // (40)
 }
-
-namespace {
-
-constexpr int kDrawnArms = 400;  // for a relative error of the spread of 4 %
-constexpr unsigned kDrawSeed = 41;
-
-double variance(const Eigen::VectorXd& values) {
-  return (values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1);
-}
-
-}  // namespace
 
 Eigen::MatrixXd drawn_arms(const Eigen::MatrixXd& covariance) {
   const Eigenpairs pairs = eigenpairs(covariance);

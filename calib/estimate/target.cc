@@ -213,6 +213,8 @@ TargetPlace place_of(const Cell& cell, const Target& target, const Seen& seen) {
   return TargetPlace(fit.centre_m);
 }
 
+using Place = Eigen::Map<const Vector3d>;
+
 }  // namespace
 
 Matrix3d probe_turn(const Touch& touch) {
@@ -349,12 +351,6 @@ TargetPlace plane_through(const std::vector<Vector3d>& tips_m, double tip_radius
   if (!tips_m.empty()) place.centre_m = fit.middle_m - tip_radius_m * place.axes.col(2);
   return place;
 }
-
-namespace {
-
-using Place = Eigen::Map<const Vector3d>;
-
-}  // namespace
 
 Vector3d direction_of(const Vector3d& offset) {
   const double length = offset.norm();

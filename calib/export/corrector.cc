@@ -273,10 +273,8 @@ Phrase phrase(const NotReached& reason, const Robot& robot) {
     return robot.joints[static_cast<std::size_t>(reason.joint)];
   };
   switch (reason.why) {
-    case Unreached::kNotANumber:
-      return "say.unreached.not_a_number";
-    case Unreached::kTooFar:
-      return "say.unreached.too_far";
+    case Unreached::kNotANumber: return "say.unreached.not_a_number";
+    case Unreached::kTooFar: return "say.unreached.too_far";
     case Unreached::kBeyondLimit: {
       if (joint().is_prismatic())
         return {"say.unreached.beyond_limit.linear",

@@ -31,7 +31,8 @@ Stated put(std::optional<T>& into, std::optional<T> value) {
   return stated(into.has_value());
 }
 
-std::optional<double> bounded_number(const krl::Line& line, const krl::Given& given, double largest) {
+std::optional<double> bounded_number(const krl::Line& line, const krl::Given& given,
+                                     double largest) {
   const auto number = krl::read_number(line.tokens, given.value);
   return number && std::abs(*number) <= largest ? number : std::nullopt;
 }
@@ -127,7 +128,8 @@ void read_machine(const std::optional<krl::Aggregate>& value, int index, Externa
 }
 
 /// MACHINE_FRAME_DAT[3]={MACH_DEF_INDEX 2,...}
-void read_carried_base(const std::optional<krl::Aggregate>& value, int index, ExternalAxes& external) {
+void read_carried_base(const std::optional<krl::Aggregate>& value, int index,
+                       ExternalAxes& external) {
   if (!value) {
     external.carried_bases[index] = -1;
     return;
@@ -190,9 +192,8 @@ Stated read_external_axes(const krl::Line& line, ExternalAxes& external) {
 Isometry3d foot_in_world(const ExternalAxes& external, const std::optional<FrameMmDeg>& robroot) {
   const Isometry3d mounted = to_isometry(robroot.value_or(FrameMmDeg{}));
   const MachineKinematic* const kinematic = external.of_kind("#ERSYS");
-  const auto flange = kinematic == nullptr
-                          ? std::nullopt
-                          : flange_of(*kinematic, std::vector<double>{0.0});
+  const auto flange =
+      kinematic == nullptr ? std::nullopt : flange_of(*kinematic, std::vector<double>{0.0});
   if (!flange) return mounted;
   return to_isometry(external.ersys_root.value_or(FrameMmDeg{})) * *flange * mounted;
 }
@@ -222,13 +223,15 @@ std::vector<std::string> kinematics_where(const ExternalAxes& external, Is is) {
 const FrameMmDeg& stated_frame(const MachineKinematic& of, const std::string& which,
                                const char* part) {
   const auto at = of.frames.find(part);
-  if (at == of.frames.end()) fail(fmt::format("${}_{}: not in the given machine data", which, part));
+  if (at == of.frames.end())
+    fail(fmt::format("${}_{}: not in the given machine data", which, part));
   return at->second;
 }
 
 void refuse_missing(const ExternalAxes& external, int axis) {
   if (external.count && *external.count < axis)
-    fail(fmt::format("$EX_AX_NUM is {}, and $EX_KIN has a kinematic with E{}", *external.count, axis));
+    fail(fmt::format("$EX_AX_NUM is {}, and $EX_KIN has a kinematic with E{}", *external.count,
+                     axis));
   if (!drive_of(external, axis).type)
     fail(fmt::format("$AXIS_TYPE[{}]: not in the given machine data", axis + kArmAxes));
 }
@@ -239,10 +242,12 @@ std::pair<double, double> range_of(const ExternalAxes& external, int axis, doubl
   const MachineDrive& drive = drive_of(external, axis);
   const int number = axis + kArmAxes;
   if (!drive.low || !drive.high)
-    fail(fmt::format("$SOFTN_END[{0}], $SOFTP_END[{0}]: not both in the given machine data", number));
+    fail(fmt::format("$SOFTN_END[{0}], $SOFTP_END[{0}]: not both in the given machine data",
+                     number));
   if (!(*drive.high - *drive.low >= narrowest))
-    fail(fmt::format("$SOFTN_END[{0}] = {1:g}, $SOFTP_END[{0}] = {2:g}: not a range of {3:g} {4} or more",
-                     number, *drive.low, *drive.high, narrowest, unit));
+    fail(fmt::format(
+        "$SOFTN_END[{0}] = {1:g}, $SOFTP_END[{0}] = {2:g}: not a range of {3:g} {4} or more",
+        number, *drive.low, *drive.high, narrowest, unit));
   return {*drive.low, *drive.high};
 }
 
@@ -256,7 +261,8 @@ Isometry3d root_of(const ExternalAxes& external, const std::string& kind) {
     root = &machine.root;
   }
   if (root == nullptr)
-    fail(fmt::format("MACHINE_DEF with MECH_TYPE {}: not in the given files. Give $config.dat, too", kind));
+    fail(fmt::format("MACHINE_DEF with MECH_TYPE {}: not in the given files. Give $config.dat, too",
+                     kind));
   return to_isometry(*root);
 }
 
@@ -269,7 +275,8 @@ double rounded(double value) {
 PositionerAxis axis_of(const ExternalAxes& external, int axis) {
   refuse_missing(external, axis);
   if (*drive_of(external, axis).type == kLinearType)
-    fail(fmt::format("$AXIS_TYPE[{}] is 1: E{} slides, and a positioner's axes turn", axis + kArmAxes, axis));
+    fail(fmt::format("$AXIS_TYPE[{}] is 1: E{} slides, and a positioner's axes turn",
+                     axis + kArmAxes, axis));
   const auto [low, high] = range_of(external, axis, kNarrowestDeg, "deg");
   PositionerAxis found = usual_positioner_axis();
   found.name = fmt::format("E{}", axis);
@@ -292,7 +299,8 @@ std::optional<Joint> linear_unit_of(const ExternalAxes& external,
   if (of.axes[0] != 1)
     fail(fmt::format("${}_AX: TR_A1 is #E{}, and a linear unit is E1", names[0], of.axes[0]));
   if (of.axes.size() > 1)
-    fail(fmt::format("${}_AX: TR_A2 is #E{}: more than one axis carries the arm", names[0], of.axes[1]));
+    fail(fmt::format("${}_AX: TR_A2 is #E{}: more than one axis carries the arm", names[0],
+                     of.axes[1]));
   refuse_missing(external, 1);
   const MachineDrive& drive = drive_of(external, 1);
   if (*drive.type != kLinearType)
@@ -313,12 +321,12 @@ std::optional<Joint> linear_unit_of(const ExternalAxes& external,
 std::vector<PositionerAxis> positioner_of(const ExternalAxes& external,
                                           const std::optional<FrameMmDeg>& robroot) {
   if (external.count == 0) return {};
-  const auto names = kinematics_where(external, [](const MachineKinematic& of) {
-    return of.kind != "#ERSYS" && !of.axes.empty();
-  });
+  const auto names = kinematics_where(
+      external, [](const MachineKinematic& of) { return of.kind != "#ERSYS" && !of.axes.empty(); });
   if (names.empty()) return {};
   if (names.size() > 1)
-    fail(fmt::format("$EX_KIN: {} and {} both carry work, and a robot file has one positioner", names[0], names[1]));
+    fail(fmt::format("$EX_KIN: {} and {} both carry work, and a robot file has one positioner",
+                     names[0], names[1]));
   const MachineKinematic& of = external.kinematics.at(names[0]);
   if (of.axes.size() > kMaxPositionerAxes)
     fail(fmt::format("${}_AX: {} axes, and a positioner has at most {}", names[0], of.axes.size(),

@@ -47,12 +47,14 @@ struct MachineDrive {
 };
 
 struct ExternalAxes {
-  std::optional<int> count;          ///< $EX_AX_NUM
-  std::optional<bool> carry_arm;     ///< $EX_KIN has #ERSYS: a linear unit below the arm
-  std::map<int, int> carried_bases;  ///< MACHINE_FRAME_DAT[n]: MACH_DEF_INDEX above 0; -1: unreadable
+  std::optional<int> count;       ///< $EX_AX_NUM
+  std::optional<bool> carry_arm;  ///< $EX_KIN has #ERSYS: a linear unit below the arm
+  std::map<int, int>
+      carried_bases;  ///< MACHINE_FRAME_DAT[n]: MACH_DEF_INDEX above 0; -1: unreadable
   std::map<std::string, MachineKinematic> kinematics;  ///< by "ET1"
   std::map<int, MachineDef> machines;                  ///< by the index of MACHINE_DEF
-  std::optional<FrameMmDeg> ersys_root;  ///< $ERSYSROOT, $ASR_ERSYSROOT: of the kinematic with #ERSYS in the world
+  std::optional<FrameMmDeg>
+      ersys_root;  ///< $ERSYSROOT, $ASR_ERSYSROOT: of the kinematic with #ERSYS in the world
   std::array<MachineDrive, 6> drives;
 
   /// True if the arm's place is regardless of E1 to E6: that one is not there, or none carries it.

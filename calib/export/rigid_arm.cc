@@ -44,6 +44,236 @@ void turn_unit(const Calibration& c, Robot& robot) {
 constexpr double Joint::*kLinkErrors[] = {&Joint::offset_rad, &Joint::d_m, &Joint::a_m,
                                           &Joint::alpha_rad, &Joint::beta_rad};
 
+constexpr int kPoses = 1000;
+constexpr unsigned kSeed = 1;
+
+/// Over poses of the workspace, in the mean and at most.
+template <typename Apart>
+OmittedEffects over_workspace(const ArmModel& model, const Apart& apart_m) {
+  OmittedEffects result;
+  const auto poses = workspace_poses(model, kPoses, kSeed);
+  for (const JointVector& q : poses) {
+    const double off_m = apart_m(q);
+    result.mean_m += off_m / static_cast<double>(poses.size());
+    result.max_m = std::max(result.max_m, off_m);
+  }
+  return result;
+}
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Translation3d;
+using Eigen::Vector3d;
+
+/// Frames at zero angles: before each joint, and after the last.
+std::vector<Isometry3d> frames_before(const Robot& robot) {
+  std::vector<Isometry3d> frames{robot.base_fixed};
+  for (const Joint& joint : robot.joints) frames.push_back(frames.back() * behind(joint));
+  return frames;
+}
+
+constexpr double kSameM = 1e-5;                 // rounding of data sheets
+constexpr double kSameRad = 5e-3 * kRadPerDeg;  // 1.5708 for a right angle is 2e-4 deg off
+
+constexpr double kParallelRad = 1.0 * kRadPerDeg;
+constexpr double kNothingM = 1e-9;
+constexpr double kNothingRad = 1e-9;
+
+/// A joint axis at zero angle, base frame.
+struct Line {
+  Vector3d point, z;
+  int sign;  ///< -1: the joint turns about -z
+};
+
+Line line_of(const Isometry3d& frame, const Vector3d& axis) {
+  Line line{frame.translation(), (frame.linear() * axis).normalized(), 1};
+  // Slightly larger weights of y and z break ties at 45 deg independently of rounding.
+  const Vector3d weighed = line.z.cwiseAbs().cwiseProduct(Vector3d(1.0, 1.0 + 1e-6, 1.0 + 2e-6));
+  Eigen::Index largest = 0;
+  weighed.maxCoeff(&largest);
+  if (line.z[largest] < 0.0) {
+    line.z = -line.z;
+    line.sign = -1;
+  }
+  return line;
+}
+
+double tidy(double value, double nothing) { return std::abs(value) < nothing ? 0.0 : value; }
+
+/// Angle from x of `frame` to the direction, about its z.
+double angle_about_z(const Isometry3d& frame, const Vector3d& direction) {
+  const Vector3d local = frame.linear().transpose() * direction;
+  return std::atan2(local.y(), local.x());
+}
+
+/// DH parameters to the next axis by the common normal: theta, d, a, alpha.
+void by_normal(const Isometry3d& at, const Line& next, Joint& joint) {
+  const Vector3d z = at.linear().col(2);
+  const Vector3d between = next.point - at.translation();
+  Vector3d x = z.cross(next.z);
+  const double sine = x.norm();
+  x /= sine;
+  // Foot of the common normal along this axis, and its length along x.
+  joint.d_m = tidy(between.cross(next.z).dot(x) / sine, kNothingM);
+  joint.a_m = tidy(between.dot(x), kNothingM);
+  if (joint.a_m < 0.0) {  // x points to the next axis
+    x = -x;
+    joint.a_m = -joint.a_m;
+  }
+  joint.offset_rad = tidy(angle_about_z(at, x), kNothingRad);
+  joint.alpha_rad = std::atan2(z.cross(next.z).dot(x), z.dot(next.z));
+  joint.errors = {JointError::kTheta, JointError::kD, JointError::kA, JointError::kAlpha};
+}
+
+/// To a nearly parallel axis: its point in the plane across this axis, so that d is zero.
+void across(const Isometry3d& at, const Line& next, Joint& joint) {
+  const Vector3d z = at.linear().col(2);
+  const Vector3d point =
+      next.point + next.z * ((at.translation() - next.point).dot(z) / next.z.dot(z));
+  const Vector3d between = point - at.translation();
+  joint.a_m = tidy(between.norm(), kNothingM);
+  joint.offset_rad = joint.a_m > 0.0 ? tidy(angle_about_z(at, between), kNothingRad) : 0.0;
+  const Vector3d v =
+      AngleAxisd(-joint.offset_rad, Vector3d::UnitZ()) * (at.linear().transpose() * next.z);
+  joint.beta_rad = tidy(std::asin(std::clamp(v.x(), -1.0, 1.0)), kNothingRad);
+  joint.alpha_rad = tidy(std::atan2(-v.y(), v.z()), kNothingRad);
+  joint.errors = {JointError::kTheta, JointError::kA, JointError::kAlpha, JointError::kBeta};
+}
+
+/// To the flange, within the freedom of theta, d and a.
+void to_flange(const Isometry3d& at, const Isometry3d& flange, Joint& joint) {
+  const Isometry3d rest = at.inverse() * flange;
+  joint.d_m = tidy(rest.translation().z(), kNothingM);
+  joint.errors = {JointError::kTheta, JointError::kD, JointError::kA, JointError::kAlpha};
+  if (rest.linear()(2, 2) > 0.0 && rest.linear().col(2).head<2>().norm() < kParallelRad)
+    joint.offset_rad = tidy(std::atan2(rest.linear()(1, 0), rest.linear()(0, 0)), kNothingRad);
+}
+
+/// First frame: origin at the point of the first axis nearest to the base's origin; x as close to
+/// the base's as possible.
+Isometry3d first_frame(const Line& line) {
+  Isometry3d frame = Isometry3d::Identity();
+  frame.translation() = line.point - line.z * line.z.dot(line.point);
+  const Vector3d along = std::abs(line.z.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitY();
+  const Vector3d x = (along - line.z * line.z.dot(along)).normalized();
+  frame.linear() << x, line.z.cross(x), line.z;
+  return frame;
+}
+
+/// Sets entries at rounding level to zero.
+Isometry3d tidy(Isometry3d frame) {
+  if (frame.isApprox(Isometry3d::Identity(), kNothingM)) return Isometry3d::Identity();
+  return frame;
+}
+
+constexpr double kSameZeroRad = 0.01 * kRadPerDeg;
+/// Axes that differ by more are those of different arms.
+constexpr double kOtherAxis = 0.02;
+/// Less from its neighbour's line an axis gives no direction.
+constexpr double kShortestM = 1e-3;
+/// Decides between equal explanations alone.
+constexpr double kWeightOfDifferences = 1e-4;
+/// A turned flange counts as an axis so much aside.
+constexpr double kFlangeM = 0.5;
+
+struct Axis {
+  Vector3d point, direction;
+};
+
+/// At zero angles, in the base frame.
+std::vector<Axis> axes_of(const JointFrames& arm) {
+  std::vector<Axis> axes;
+  Isometry3d at = Isometry3d::Identity();
+  for (const PlacedJoint& joint : arm.joints) {
+    at = at * joint.origin;
+    axes.push_back({at.translation(), at.linear() * joint.axis});
+  }
+  return axes;
+}
+
+/// From a to b about the unit axis.
+double angle_about(const Vector3d& axis, const Vector3d& a, const Vector3d& b) {
+  return std::atan2(axis.dot(a.cross(b)), a.dot(b) - axis.dot(a) * axis.dot(b));
+}
+
+/// The other arm is brought onto the axes of the first, joint by joint.
+class Search {
+ public:
+  Search(const JointFrames& arm, const JointFrames& other)
+      : other_(other), axes_(axes_of(arm)), flange_(flange_of(arm, zeros(arm))) {}
+
+  std::optional<ZeroComparison> best() {
+    const Axis first{other_.joints[0].origin.translation(),
+                     other_.joints[0].origin.linear() * other_.joints[0].axis};
+    found_.joints.resize(axes_.size());
+    const double along = first.direction.dot(axes_[0].direction);
+    if (std::abs(along) < 1.0 - kOtherAxis) return std::nullopt;
+    found_.joints[0].sense = along > 0.0 ? 1 : -1;
+    turn(0, other_.joints[0].origin, aside(first, 0));
+    return best_;
+  }
+
+ private:
+  static std::vector<double> zeros(const JointFrames& arm) {
+    return std::vector<double>(arm.joints.size(), 0.0);
+  }
+
+  double aside(const Axis& axis, std::size_t of) const {
+    return (axis.point - axes_[of].point).cross(axes_[of].direction).norm();
+  }
+
+  /// Tries the angles of joint i, whose frame is `at` before it turns.
+  void turn(std::size_t i, const Isometry3d& at, double off_m) {
+    if (i + 1 == axes_.size()) return end(at, off_m);
+    const Vector3d& axis = other_.joints[i].axis;
+    const Isometry3d& next = other_.joints[i + 1].origin;
+    const Vector3d direction = next.linear() * other_.joints[i + 1].axis;
+    const Vector3d wanted = at.linear().transpose() * axes_[i + 1].direction;
+    const Vector3d place = at.inverse() * axes_[i + 1].point;
+    const bool parallel = direction.cross(axis).norm() < kOtherAxis;
+    for (const int sense : {1, -1}) {
+      if (std::abs(direction.dot(axis) - sense * wanted.dot(axis)) > kOtherAxis) continue;
+      double angle = parallel ? 0.0 : angle_about(axis, direction, sense * wanted);
+      if (parallel && next.translation().cross(axis).norm() > kShortestM &&
+          place.cross(axis).norm() > kShortestM)
+        angle = angle_about(axis, next.translation(), place);
+      found_.joints[i].zero_rad = angle;
+      found_.joints[i + 1].sense = sense;
+      const Isometry3d turned = at * Isometry3d(AngleAxisd(angle, axis)) * next;
+      turn(i + 1, turned,
+           off_m +
+               aside({turned.translation(), turned.linear() * other_.joints[i + 1].axis}, i + 1));
+    }
+  }
+
+  /// The last joint's zero brings the flanges together.
+  void end(const Isometry3d& at, double off_m) {
+    const Vector3d& axis = other_.joints.back().axis;
+    const Eigen::Quaterniond wanted(at.linear().transpose() * flange_.linear() *
+                                    other_.flange.linear().transpose());
+    const double angle =
+        std::remainder(2.0 * std::atan2(wanted.vec().dot(axis), wanted.w()), kRadPerTurn);
+    found_.joints.back().zero_rad = angle;
+    found_.flange_rad = Eigen::Quaterniond(AngleAxisd(-angle, axis) * wanted)
+                            .angularDistance(Eigen::Quaterniond::Identity());
+    found_.aside_m = off_m;
+    double differences = 0.0;
+    for (const JointZero& one : found_.joints)
+      differences += std::abs(one.zero_rad) + (one.sense < 0 ? 1.0 : 0.0);
+    const double worse = off_m + kFlangeM * found_.flange_rad + kWeightOfDifferences * differences;
+    if (worse >= least_) return;
+    least_ = worse;
+    best_ = found_;
+  }
+
+  const JointFrames& other_;
+  std::vector<Axis> axes_;
+  Isometry3d flange_;
+  ZeroComparison found_;
+  std::optional<ZeroComparison> best_;
+  double least_ = std::numeric_limits<double>::infinity();
+};
+
 }  // namespace
 
 RigidArm nominal_rigid_arm(const Cell& cell) { return {cell.robot, cell.tool.tcp}; }
@@ -70,26 +300,6 @@ RigidPose pose_of(const RigidArm& arm, const std::vector<double>& joint_rad) {
   const ArmShape shape = model.shape(model.prepare(joint_rad), nullptr);
   return {shape.flange, shape.tcp};
 }
-
-namespace {
-
-constexpr int kPoses = 1000;
-constexpr unsigned kSeed = 1;
-
-/// Over poses of the workspace, in the mean and at most.
-template <typename Apart>
-OmittedEffects over_workspace(const ArmModel& model, const Apart& apart_m) {
-  OmittedEffects result;
-  const auto poses = workspace_poses(model, kPoses, kSeed);
-  for (const JointVector& q : poses) {
-    const double off_m = apart_m(q);
-    result.mean_m += off_m / static_cast<double>(poses.size());
-    result.max_m = std::max(result.max_m, off_m);
-  }
-  return result;
-}
-
-}  // namespace
 
 RigidArm nearest_rigid_arm(const Calibration& calibration) {
   constexpr int kPasses = 3;
@@ -160,25 +370,6 @@ OmittedEffects left_out_of_unit(const Calibration& calibration, bool with_direct
         .norm();
   });
 }
-
-namespace {
-
-using Eigen::AngleAxisd;
-using Eigen::Isometry3d;
-using Eigen::Translation3d;
-using Eigen::Vector3d;
-
-/// Frames at zero angles: before each joint, and after the last.
-std::vector<Isometry3d> frames_before(const Robot& robot) {
-  std::vector<Isometry3d> frames{robot.base_fixed};
-  for (const Joint& joint : robot.joints) frames.push_back(frames.back() * behind(joint));
-  return frames;
-}
-
-constexpr double kSameM = 1e-5;                 // rounding of data sheets
-constexpr double kSameRad = 5e-3 * kRadPerDeg;  // 1.5708 for a right angle is 2e-4 deg off
-
-}  // namespace
 
 Isometry3d behind(const Joint& joint) {
   return AngleAxisd(joint.offset_rad, Vector3d::UnitZ()) *
@@ -302,101 +493,6 @@ Eigen::Matrix3d rotation_of(const Vector3d& rpy) {
       .toRotationMatrix();
 }
 
-namespace {
-
-constexpr double kParallelRad = 1.0 * kRadPerDeg;
-constexpr double kNothingM = 1e-9;
-constexpr double kNothingRad = 1e-9;
-
-/// A joint axis at zero angle, base frame.
-struct Line {
-  Vector3d point, z;
-  int sign;  ///< -1: the joint turns about -z
-};
-
-Line line_of(const Isometry3d& frame, const Vector3d& axis) {
-  Line line{frame.translation(), (frame.linear() * axis).normalized(), 1};
-  // Slightly larger weights of y and z break ties at 45 deg independently of rounding.
-  const Vector3d weighed = line.z.cwiseAbs().cwiseProduct(Vector3d(1.0, 1.0 + 1e-6, 1.0 + 2e-6));
-  Eigen::Index largest = 0;
-  weighed.maxCoeff(&largest);
-  if (line.z[largest] < 0.0) {
-    line.z = -line.z;
-    line.sign = -1;
-  }
-  return line;
-}
-
-double tidy(double value, double nothing) { return std::abs(value) < nothing ? 0.0 : value; }
-
-/// Angle from x of `frame` to the direction, about its z.
-double angle_about_z(const Isometry3d& frame, const Vector3d& direction) {
-  const Vector3d local = frame.linear().transpose() * direction;
-  return std::atan2(local.y(), local.x());
-}
-
-/// DH parameters to the next axis by the common normal: theta, d, a, alpha.
-void by_normal(const Isometry3d& at, const Line& next, Joint& joint) {
-  const Vector3d z = at.linear().col(2);
-  const Vector3d between = next.point - at.translation();
-  Vector3d x = z.cross(next.z);
-  const double sine = x.norm();
-  x /= sine;
-  // Foot of the common normal along this axis, and its length along x.
-  joint.d_m = tidy(between.cross(next.z).dot(x) / sine, kNothingM);
-  joint.a_m = tidy(between.dot(x), kNothingM);
-  if (joint.a_m < 0.0) {  // x points to the next axis
-    x = -x;
-    joint.a_m = -joint.a_m;
-  }
-  joint.offset_rad = tidy(angle_about_z(at, x), kNothingRad);
-  joint.alpha_rad = std::atan2(z.cross(next.z).dot(x), z.dot(next.z));
-  joint.errors = {JointError::kTheta, JointError::kD, JointError::kA, JointError::kAlpha};
-}
-
-/// To a nearly parallel axis: its point in the plane across this axis, so that d is zero.
-void across(const Isometry3d& at, const Line& next, Joint& joint) {
-  const Vector3d z = at.linear().col(2);
-  const Vector3d point =
-      next.point + next.z * ((at.translation() - next.point).dot(z) / next.z.dot(z));
-  const Vector3d between = point - at.translation();
-  joint.a_m = tidy(between.norm(), kNothingM);
-  joint.offset_rad = joint.a_m > 0.0 ? tidy(angle_about_z(at, between), kNothingRad) : 0.0;
-  const Vector3d v =
-      AngleAxisd(-joint.offset_rad, Vector3d::UnitZ()) * (at.linear().transpose() * next.z);
-  joint.beta_rad = tidy(std::asin(std::clamp(v.x(), -1.0, 1.0)), kNothingRad);
-  joint.alpha_rad = tidy(std::atan2(-v.y(), v.z()), kNothingRad);
-  joint.errors = {JointError::kTheta, JointError::kA, JointError::kAlpha, JointError::kBeta};
-}
-
-/// To the flange, within the freedom of theta, d and a.
-void to_flange(const Isometry3d& at, const Isometry3d& flange, Joint& joint) {
-  const Isometry3d rest = at.inverse() * flange;
-  joint.d_m = tidy(rest.translation().z(), kNothingM);
-  joint.errors = {JointError::kTheta, JointError::kD, JointError::kA, JointError::kAlpha};
-  if (rest.linear()(2, 2) > 0.0 && rest.linear().col(2).head<2>().norm() < kParallelRad)
-    joint.offset_rad = tidy(std::atan2(rest.linear()(1, 0), rest.linear()(0, 0)), kNothingRad);
-}
-
-/// First frame: origin at the point of the first axis nearest to the base's origin; x as close to
-/// the base's as possible.
-Isometry3d first_frame(const Line& line) {
-  Isometry3d frame = Isometry3d::Identity();
-  frame.translation() = line.point - line.z * line.z.dot(line.point);
-  const Vector3d along = std::abs(line.z.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitY();
-  const Vector3d x = (along - line.z * line.z.dot(along)).normalized();
-  frame.linear() << x, line.z.cross(x), line.z;
-  return frame;
-}
-
-/// Sets entries at rounding level to zero.
-Isometry3d tidy(Isometry3d frame) {
-  if (frame.isApprox(Isometry3d::Identity(), kNothingM)) return Isometry3d::Identity();
-  return frame;
-}
-
-}  // namespace
-
 Robot robot_of(const JointFrames& frames) {
   std::vector<Line> lines;
   std::vector<Isometry3d> links;  // after each joint, at zero angles
@@ -436,118 +532,6 @@ Robot robot_of(const JointFrames& frames) {
   robot.flange_fixed = tidy(at.inverse() * (link * frames.flange));
   return robot;
 }
-
-namespace {
-
-constexpr double kSameZeroRad = 0.01 * kRadPerDeg;
-/// Axes that differ by more are those of different arms.
-constexpr double kOtherAxis = 0.02;
-/// Less from its neighbour's line an axis gives no direction.
-constexpr double kShortestM = 1e-3;
-/// Decides between equal explanations alone.
-constexpr double kWeightOfDifferences = 1e-4;
-/// A turned flange counts as an axis so much aside.
-constexpr double kFlangeM = 0.5;
-
-struct Axis {
-  Vector3d point, direction;
-};
-
-/// At zero angles, in the base frame.
-std::vector<Axis> axes_of(const JointFrames& arm) {
-  std::vector<Axis> axes;
-  Isometry3d at = Isometry3d::Identity();
-  for (const PlacedJoint& joint : arm.joints) {
-    at = at * joint.origin;
-    axes.push_back({at.translation(), at.linear() * joint.axis});
-  }
-  return axes;
-}
-
-/// From a to b about the unit axis.
-double angle_about(const Vector3d& axis, const Vector3d& a, const Vector3d& b) {
-  return std::atan2(axis.dot(a.cross(b)), a.dot(b) - axis.dot(a) * axis.dot(b));
-}
-
-/// The other arm is brought onto the axes of the first, joint by joint.
-class Search {
- public:
-  Search(const JointFrames& arm, const JointFrames& other)
-      : other_(other), axes_(axes_of(arm)), flange_(flange_of(arm, zeros(arm))) {}
-
-  std::optional<ZeroComparison> best() {
-    const Axis first{other_.joints[0].origin.translation(),
-                     other_.joints[0].origin.linear() * other_.joints[0].axis};
-    found_.joints.resize(axes_.size());
-    const double along = first.direction.dot(axes_[0].direction);
-    if (std::abs(along) < 1.0 - kOtherAxis) return std::nullopt;
-    found_.joints[0].sense = along > 0.0 ? 1 : -1;
-    turn(0, other_.joints[0].origin, aside(first, 0));
-    return best_;
-  }
-
- private:
-  static std::vector<double> zeros(const JointFrames& arm) {
-    return std::vector<double>(arm.joints.size(), 0.0);
-  }
-
-  double aside(const Axis& axis, std::size_t of) const {
-    return (axis.point - axes_[of].point).cross(axes_[of].direction).norm();
-  }
-
-  /// Tries the angles of joint i, whose frame is `at` before it turns.
-  void turn(std::size_t i, const Isometry3d& at, double off_m) {
-    if (i + 1 == axes_.size()) return end(at, off_m);
-    const Vector3d& axis = other_.joints[i].axis;
-    const Isometry3d& next = other_.joints[i + 1].origin;
-    const Vector3d direction = next.linear() * other_.joints[i + 1].axis;
-    const Vector3d wanted = at.linear().transpose() * axes_[i + 1].direction;
-    const Vector3d place = at.inverse() * axes_[i + 1].point;
-    const bool parallel = direction.cross(axis).norm() < kOtherAxis;
-    for (const int sense : {1, -1}) {
-      if (std::abs(direction.dot(axis) - sense * wanted.dot(axis)) > kOtherAxis) continue;
-      double angle = parallel ? 0.0 : angle_about(axis, direction, sense * wanted);
-      if (parallel && next.translation().cross(axis).norm() > kShortestM &&
-          place.cross(axis).norm() > kShortestM)
-        angle = angle_about(axis, next.translation(), place);
-      found_.joints[i].zero_rad = angle;
-      found_.joints[i + 1].sense = sense;
-      const Isometry3d turned = at * Isometry3d(AngleAxisd(angle, axis)) * next;
-      turn(i + 1, turned,
-           off_m +
-               aside({turned.translation(), turned.linear() * other_.joints[i + 1].axis}, i + 1));
-    }
-  }
-
-  /// The last joint's zero brings the flanges together.
-  void end(const Isometry3d& at, double off_m) {
-    const Vector3d& axis = other_.joints.back().axis;
-    const Eigen::Quaterniond wanted(at.linear().transpose() * flange_.linear() *
-                                    other_.flange.linear().transpose());
-    const double angle =
-        std::remainder(2.0 * std::atan2(wanted.vec().dot(axis), wanted.w()), kRadPerTurn);
-    found_.joints.back().zero_rad = angle;
-    found_.flange_rad = Eigen::Quaterniond(AngleAxisd(-angle, axis) * wanted)
-                            .angularDistance(Eigen::Quaterniond::Identity());
-    found_.aside_m = off_m;
-    double differences = 0.0;
-    for (const JointZero& one : found_.joints)
-      differences += std::abs(one.zero_rad) + (one.sense < 0 ? 1.0 : 0.0);
-    const double worse = off_m + kFlangeM * found_.flange_rad + kWeightOfDifferences * differences;
-    if (worse >= least_) return;
-    least_ = worse;
-    best_ = found_;
-  }
-
-  const JointFrames& other_;
-  std::vector<Axis> axes_;
-  Isometry3d flange_;
-  ZeroComparison found_;
-  std::optional<ZeroComparison> best_;
-  double least_ = std::numeric_limits<double>::infinity();
-};
-
-}  // namespace
 
 bool JointZero::same() const { return sense > 0 && std::abs(zero_rad) < kSameZeroRad; }
 

@@ -32,6 +32,19 @@ std::string attributes(const Style& style) {
   return out;
 }
 
+constexpr std::string_view kReplacement = "\xEF\xBF\xBD";  // U+FFFD
+constexpr std::string_view kEllipsis = "\xE2\x80\xA6";     // U+2026
+
+bool belongs_in_a_document(char32_t value) {
+  if (value == '\n' || value == '\t') return true;
+  if (value < 0x20 || (value >= 0x7F && value < 0xA0)) return false;
+  // Bidirectional marks, embeddings, overrides and isolates; see Unicode TR 36.
+  if (value == 0x061C || value == 0x200E || value == 0x200F) return false;
+  if (value >= 0x202A && value <= 0x202E) return false;
+  if (value >= 0x2066 && value <= 0x2069) return false;
+  return value != 0xFFFE && value != 0xFFFF;
+}
+
 }  // namespace
 
 Svg::Svg(double width, double height, std::string_view css_class, std::string_view description)
@@ -129,23 +142,6 @@ void Svg::close_with_title(std::string_view element, std::string_view title) {
   }
   fmt::format_to(std::back_inserter(out_), "><title>{}</title></{}>\n", escape(title), element);
 }
-
-namespace {
-
-constexpr std::string_view kReplacement = "\xEF\xBF\xBD";  // U+FFFD
-constexpr std::string_view kEllipsis = "\xE2\x80\xA6";     // U+2026
-
-bool belongs_in_a_document(char32_t value) {
-  if (value == '\n' || value == '\t') return true;
-  if (value < 0x20 || (value >= 0x7F && value < 0xA0)) return false;
-  // Bidirectional marks, embeddings, overrides and isolates; see Unicode TR 36.
-  if (value == 0x061C || value == 0x200E || value == 0x200F) return false;
-  if (value >= 0x202A && value <= 0x202E) return false;
-  if (value >= 0x2066 && value <= 0x2069) return false;
-  return value != 0xFFFE && value != 0xFFFF;
-}
-
-}  // namespace
 
 std::string escape(std::string_view text) {
   std::string out;

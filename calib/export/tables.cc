@@ -152,7 +152,8 @@ ordered_json linear_unit_json(const Calibration& c) {
   json["frame"] = frame_json(c.cell.robot.base_fixed * Eigen::Isometry3d(guide_axes(c.cell.robot)));
   json["min_m"] = unit.min_rad;
   json["max_m"] = unit.max_rad;
-  constexpr const char* kNames[] = {"along_m", "across_m", "above_m", "roll_rad", "pitch_rad", "yaw_rad"};
+  constexpr const char* kNames[] = {"along_m",  "across_m",  "above_m",
+                                    "roll_rad", "pitch_rad", "yaw_rad"};
   for (int k = 0; k < kGuideMotions; ++k) {
     ordered_json motion{{"slope_per_m", {{"value", 0.0}, {"sigma", 0.0}}},
                         {"wave", ordered_json::array()}};
@@ -210,15 +211,18 @@ std::string unit_yaml(const Calibration& c, const PlacedJoint& placed) {
   std::vector<double> positions;
   for (int k = 0; k <= intervals; ++k) positions.push_back(low_m + stroke_m * k / intervals);
   const std::vector<Eigen::Isometry3d> carriage = carriage_as_found(c, positions);
-  const Eigen::Isometry3d foot =
-      calibrated_rigid_arm(c).robot.base_fixed.inverse() * placed.origin;
+  const Eigen::Isometry3d foot = calibrated_rigid_arm(c).robot.base_fixed.inverse() * placed.origin;
   std::array<std::string, 7> rows;
   for (std::size_t k = 0; k < positions.size(); ++k) {
     const Eigen::Isometry3d off = Eigen::Translation3d(-positions[k] * placed.axis) *
                                   (placed.origin.inverse() * carriage[k] * foot);
     const Eigen::Vector3d rpy = roll_pitch_yaw(off.linear());
-    const double row[] = {positions[k],          off.translation()[0], off.translation()[1],
-                          off.translation()[2], rpy[0],               rpy[1],
+    const double row[] = {positions[k],
+                          off.translation()[0],
+                          off.translation()[1],
+                          off.translation()[2],
+                          rpy[0],
+                          rpy[1],
                           rpy[2]};
     for (std::size_t j = 0; j < rows.size(); ++j)
       rows[j] += (k == 0 ? "" : ", ") + shortest(row[j]);
@@ -261,8 +265,7 @@ std::string arm_json(const Calibration& calibration) {
   json["joints"] = ordered_json::array();
   const Robot levelled = at_level(calibration.cell, calibration.level).robot;
   for (std::size_t i = first; i < frames.joints.size(); ++i)
-    json["joints"].push_back(
-        joint_json(calibration, i, levelled.joints.at(i), frames.joints[i]));
+    json["joints"].push_back(joint_json(calibration, i, levelled.joints.at(i), frames.joints[i]));
   json["base"] = frame_json(calibration.cell.robot.base_fixed);
   json["flange"] = frame_json(frames.flange);
   json["tcp"] = frame_json(frames.tcp);

@@ -57,8 +57,8 @@ std::string calibrated_flange(const UrdfChain& chain);
 /// The given URDF with its chain's joints at their calibrated places, and the positioner from the chain's
 /// base. Where the chain ends at its last joint's own link, the calibrated flange is a further link fixed to it.
 /// Throws FileError, also where a joint or link has the name of one of the positioner's, or of that link.
-std::string calibrated_urdf(std::string_view text, const std::string& name,
-                            const UrdfEnds& ends, const RigidArm& nominal,
-                            const RigidArm& calibrated, const std::string& comment);
+std::string calibrated_urdf(std::string_view text, const std::string& name, const UrdfEnds& ends,
+                            const RigidArm& nominal, const RigidArm& calibrated,
+                            const std::string& comment);
 
 }  // namespace cellcal::calib

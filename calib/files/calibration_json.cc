@@ -216,26 +216,26 @@ Field<C> region_field() {
   const auto unit = [](const C& c, std::size_t joint) {
     return c.cell.robot.joints[joint].is_prismatic() ? kMmPerM : kDegPerRad;
   };
-  return group<C>("region",
-                  {{"postures",
-                    [=](const C& c) {
-                      Json all = Json::array();
-                      for (const JointVector& q : c.region) {
-                        Json& one = all.emplace_back(Json::array());
-                        for (std::size_t i = 0; i < q.size(); ++i) one.push_back(q[i] * unit(c, i));
-                      }
-                      return all;
-                    },
-                    [=](const JsonReader& r, C& c) {
-                      for (const JsonReader& posture : r.items()) {
-                        const auto values = posture.items();
-                        if (values.size() != c.cell.robot.joints.size())
-                          posture.fail("must have a value per joint of the robot");
-                        JointVector& q = c.region.emplace_back();
-                        for (const JsonReader& value : values)
-                          q.push_back(value.number() / unit(c, q.size()));
-                      }
-                    }}});
+  return group<C>("region", {{"postures",
+                              [=](const C& c) {
+                                Json all = Json::array();
+                                for (const JointVector& q : c.region) {
+                                  Json& one = all.emplace_back(Json::array());
+                                  for (std::size_t i = 0; i < q.size(); ++i)
+                                    one.push_back(q[i] * unit(c, i));
+                                }
+                                return all;
+                              },
+                              [=](const JsonReader& r, C& c) {
+                                for (const JsonReader& posture : r.items()) {
+                                  const auto values = posture.items();
+                                  if (values.size() != c.cell.robot.joints.size())
+                                    posture.fail("must have a value per joint of the robot");
+                                  JointVector& q = c.region.emplace_back();
+                                  for (const JsonReader& value : values)
+                                    q.push_back(value.number() / unit(c, q.size()));
+                                }
+                              }}});
 }
 
 Field<C> touch_noise_field() {
@@ -350,7 +350,9 @@ bool states_sum(std::string_view calibration) {
 Calibration calibration_from_json(std::string_view text, const std::string& name) {
   refuse_deep_json(text, name);
   nlohmann::json document = parse_json(text);
-  if (document.is_discarded()) throw FileError(name, ": not valid JSON: cut off, or no calibration (calibration.json of a session)");
+  if (document.is_discarded())
+    throw FileError(name,
+                    ": not valid JSON: cut off, or no calibration (calibration.json of a session)");
   extract_sum(document, name);
   Calibration c;
   from_json(calibration_fields(), JsonReader(document, name), c);

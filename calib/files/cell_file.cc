@@ -216,6 +216,28 @@ std::string load_to_toml(const Load& load) {
          mass_to_toml(load.mass_kg, load.com_m);
 }
 
+/// Longer texts would fill a certificate's page.
+constexpr std::size_t kLongest = 200;
+
+void check_name(const TomlTable& table, const char* key) {
+  if (table.string_or(key, "").size() > kLongest)
+    table.fail(key, "must not be longer than 200 bytes");
+}
+
+bool is_day(const std::string& text) {
+  if (text.find_first_not_of("0123456789-") != std::string::npos) return false;
+  int year = 0;
+  unsigned month = 0, day = 0;
+  char more = 0;
+  constexpr std::string_view kForm = "YYYY-MM-DD";
+  if (text.size() != kForm.size() ||
+      std::sscanf(text.c_str(), "%4d-%2u-%2u%c", &year, &month, &day, &more) != 3)
+    return false;
+  return std::chrono::year_month_day(std::chrono::year(year), std::chrono::month(month),
+                                     std::chrono::day(day))
+      .ok();
+}
+
 }  // namespace
 
 std::string number_line(const char* key, double value) {
@@ -376,32 +398,6 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
   return out + obstacles_to_toml(cell.obstacles, cell.robot) + "\n[touch]\n" +
          numbers_to_toml(kTouch, cell);
 }
-
-namespace {
-
-/// Longer texts would fill a certificate's page.
-constexpr std::size_t kLongest = 200;
-
-void check_name(const TomlTable& table, const char* key) {
-  if (table.string_or(key, "").size() > kLongest)
-    table.fail(key, "must not be longer than 200 bytes");
-}
-
-bool is_day(const std::string& text) {
-  if (text.find_first_not_of("0123456789-") != std::string::npos) return false;
-  int year = 0;
-  unsigned month = 0, day = 0;
-  char more = 0;
-  constexpr std::string_view kForm = "YYYY-MM-DD";
-  if (text.size() != kForm.size() ||
-      std::sscanf(text.c_str(), "%4d-%2u-%2u%c", &year, &month, &day, &more) != 3)
-    return false;
-  return std::chrono::year_month_day(std::chrono::year(year), std::chrono::month(month),
-                                     std::chrono::day(day))
-      .ok();
-}
-
-}  // namespace
 
 void check_identity(const TomlTable& document) {
   const TomlTable identity = document.table_or_empty("identity");

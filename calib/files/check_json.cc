@@ -53,57 +53,10 @@ ordered_json explanation_to_json(const Explanation& one) {
       json["turn_deg"] = one.amount * kDegPerRad;
       json["u_turn_deg"] = kCoverage * one.turn_sigma * kDegPerRad;
       break;
-    case ChangeKind::kNothing:
-      break;
+    case ChangeKind::kNothing: break;
   }
   return json;
 }
-
-}  // namespace
-
-std::string check_to_json(const TcpCheck& check) {
-  ordered_json json{{"format", "cellcal.check/1"},
-                    {"holds", check.holds},
-                    {"touches", check.touches},
-                    {"tcp_shift_mm", nullptr},
-                    {"changed", nullptr},
-                    {"explanations", ordered_json::array()},
-                    {"not_found", ordered_json::array()},
-                    {"unsteady", ordered_json::array()},
-                    {"words", ordered_json::array()},
-                    {"said", ordered_json::array()}};
-  for (const Phrase& line : phrases(check)) {
-    json["words"].push_back(words(line));
-    json["said"].emplace_back(calib::to_json(line));
-  }
-  for (const UnsteadyTouch& one : check.unsteady)
-    json["unsteady"].push_back({{"touch", one.touch + 1}, {"target", one.target}});
-  for (const NotFound& one : check.not_found)
-    json["not_found"].push_back(
-        {{"touch", one.touch + 1}, {"target", one.target}, {"beyond_mm", one.beyond_m * kMmPerM}});
-  if (check.explanations.empty()) return json.dump(1);
-  ordered_json covariance = ordered_json::array();
-  for (int row = 0; row < 3; ++row)
-    covariance.push_back(vector_mm(check.covariance_m2.row(row).transpose() * kMmPerM));
-  json["tcp_shift_mm"] = {{"frame", "flange"},
-                          {"xyz", vector_mm(check.shift_m)},
-                          {"u_xyz", vector_mm({check.u_m(0), check.u_m(1), check.u_m(2)})},
-                          {"length", check.shift_m.norm() * kMmPerM},
-                          {"u_length", check.u_along_m() * kMmPerM},
-                          {"covariance_mm2", covariance}};
-  json["rms_mm"] = check.rms_m * kMmPerM;
-  json["log_odds"] = check.log_odds;
-  json["log_odds_alarm"] = check.log_alarm;
-  json["false_alarms"] = check.false_alarms;
-  json["finds"] = {{"tool_shift_mm", check.finds_m * kMmPerM}, {"share", check.found}};
-  if (const Explanation* change = check.change(); !check.holds && change != nullptr)
-    json["changed"] = to_string(change->kind);
-  for (const Explanation& one : check.explanations)
-    json["explanations"].push_back(explanation_to_json(one));
-  return json.dump(1);
-}
-
-namespace {
 
 constexpr double kDriftCoverage = 2.0;
 constexpr double kMonthS = 30.0 * 86400.0;
@@ -203,8 +156,8 @@ ordered_json event_to_json(const DriftEvent& event, const Language& language) {
           {"time_s", event.time_s},
           {"cell_changed", event.cell_changed},
           {"robot_changed", event.robot_changed},
-          {"tcp_moved_mm", event.tcp_moved_m ? ordered_json(*event.tcp_moved_m * kMmPerM)
-                                             : ordered_json(nullptr)},
+          {"tcp_moved_mm",
+           event.tcp_moved_m ? ordered_json(*event.tcp_moved_m * kMmPerM) : ordered_json(nullptr)},
           {"accepted", event.accepted},
           {"by", event.by},
           {"reason", event.reason},
@@ -212,6 +165,48 @@ ordered_json event_to_json(const DriftEvent& event, const Language& language) {
 }
 
 }  // namespace
+
+std::string check_to_json(const TcpCheck& check) {
+  ordered_json json{{"format", "cellcal.check/1"},
+                    {"holds", check.holds},
+                    {"touches", check.touches},
+                    {"tcp_shift_mm", nullptr},
+                    {"changed", nullptr},
+                    {"explanations", ordered_json::array()},
+                    {"not_found", ordered_json::array()},
+                    {"unsteady", ordered_json::array()},
+                    {"words", ordered_json::array()},
+                    {"said", ordered_json::array()}};
+  for (const Phrase& line : phrases(check)) {
+    json["words"].push_back(words(line));
+    json["said"].emplace_back(calib::to_json(line));
+  }
+  for (const UnsteadyTouch& one : check.unsteady)
+    json["unsteady"].push_back({{"touch", one.touch + 1}, {"target", one.target}});
+  for (const NotFound& one : check.not_found)
+    json["not_found"].push_back(
+        {{"touch", one.touch + 1}, {"target", one.target}, {"beyond_mm", one.beyond_m * kMmPerM}});
+  if (check.explanations.empty()) return json.dump(1);
+  ordered_json covariance = ordered_json::array();
+  for (int row = 0; row < 3; ++row)
+    covariance.push_back(vector_mm(check.covariance_m2.row(row).transpose() * kMmPerM));
+  json["tcp_shift_mm"] = {{"frame", "flange"},
+                          {"xyz", vector_mm(check.shift_m)},
+                          {"u_xyz", vector_mm({check.u_m(0), check.u_m(1), check.u_m(2)})},
+                          {"length", check.shift_m.norm() * kMmPerM},
+                          {"u_length", check.u_along_m() * kMmPerM},
+                          {"covariance_mm2", covariance}};
+  json["rms_mm"] = check.rms_m * kMmPerM;
+  json["log_odds"] = check.log_odds;
+  json["log_odds_alarm"] = check.log_alarm;
+  json["false_alarms"] = check.false_alarms;
+  json["finds"] = {{"tool_shift_mm", check.finds_m * kMmPerM}, {"share", check.found}};
+  if (const Explanation* change = check.change(); !check.holds && change != nullptr)
+    json["changed"] = to_string(change->kind);
+  for (const Explanation& one : check.explanations)
+    json["explanations"].push_back(explanation_to_json(one));
+  return json.dump(1);
+}
 
 std::string drift_to_json(const DriftChart& chart, const Language& language) {
   ordered_json json{{"format", "cellcal.drift/1"},

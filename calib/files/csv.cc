@@ -229,8 +229,8 @@ bool are_units(std::string_view line, char separator) {
 std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t columns,
                         char separator) {
   if (fields.size() < columns)
-    return "the file is cut off, or has something other than " +
-           std::string(words_of(separator)) + " between the fields";
+    return "the file is cut off, or has something other than " + std::string(words_of(separator)) +
+           " between the fields";
   std::size_t fractions = 0;  // fields that may be the decimals of the field before
   for (std::size_t i = 1; i < fields.size() && separator == ','; ++i) {
     std::string_view whole = fields[i - 1];

@@ -72,7 +72,8 @@ std::vector<Quantity> evidence_from_json(const JsonReader& item) {
 /// Text as in files of versions without causes, remaining findings and reasons as values.
 std::string passed_on(const Finding& finding) {
   if (finding.cause) return cause_words(finding);
-  if (finding.kind == FindingKind::kUnseenNotJudged) return words(sentences::why_not_judged(finding));
+  if (finding.kind == FindingKind::kUnseenNotJudged)
+    return words(sentences::why_not_judged(finding));
   return finding.still.empty() ? finding.text : words(finding.still.front());
 }
 
@@ -80,6 +81,14 @@ std::string passed_on(const Finding& finding) {
 bool is_known(const Finding& finding) {
   return finding.cause || !finding.still.empty() ||
          (finding.kind == FindingKind::kUnseenNotJudged && !finding.evidence.empty());
+}
+
+ParameterKey named(const Cell& cell, const std::string& name, const JsonReader& item) {
+  if (const auto key = parameter_key(cell, name)) return *key;
+  item.fail(
+      "\"" + shown(name) +
+      "\" is not a parameter of the robot and cell in this file (they are named as A1.theta or "
+      "S1.x). A joint or target may have been renamed by hand. Identify again from the touches");
 }
 
 }  // namespace
@@ -143,18 +152,6 @@ Table<Outlier> outlier_fields() {
           only_of<O>(known, field("sigmas", &O::sigmas, not_negative())),
           only_of<O>(on_another, field("lies_on", &O::lies_on, text()))};
 }
-
-namespace {
-
-ParameterKey named(const Cell& cell, const std::string& name, const JsonReader& item) {
-  if (const auto key = parameter_key(cell, name)) return *key;
-  item.fail(
-      "\"" + shown(name) +
-      "\" is not a parameter of the robot and cell in this file (they are named as A1.theta or "
-      "S1.x). A joint or target may have been renamed by hand. Identify again from the touches");
-}
-
-}  // namespace
 
 ParameterKey parameter_from_json(const Cell& cell, const JsonReader& item) {
   return named(cell, item.text(), item);

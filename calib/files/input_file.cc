@@ -52,8 +52,8 @@ void refuse_other_than_files(const std::string& name, const struct stat& info,
   if (is_withheld(info))
     throw FileError(name, ": is the journal of this daemon; choose another file");
   if (static_cast<std::uintmax_t>(info.st_size) > max_bytes)
-    throw FileError(name,
-                    ": larger than " + std::to_string(max_bytes) + " bytes. Check that it is the right file");
+    throw FileError(name, ": larger than " + std::to_string(max_bytes) +
+                              " bytes. Check that it is the right file");
 }
 
 class Descriptor {
@@ -69,6 +69,8 @@ class Descriptor {
  private:
   int number_;
 };
+
+thread_local UsedFiles* used_files = nullptr;
 
 }  // namespace
 
@@ -88,12 +90,6 @@ Withheld::~Withheld() {
   const auto own = std::find(all.files.begin(), all.files.end(), Identity(device_, inode_));
   if (own != all.files.end()) all.files.erase(own);
 }
-
-namespace {
-
-thread_local UsedFiles* used_files = nullptr;
-
-}  // namespace
 
 UsedFiles::UsedFiles() { used_files = this; }
 
@@ -137,8 +133,8 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) 
     if (got == 0) return text;
     text.append(block.data(), static_cast<std::size_t>(got));
     if (text.size() > max_bytes)
-      throw FileError(
-          name, ": larger than " + std::to_string(max_bytes) + " bytes. Check that it is the right file");
+      throw FileError(name, ": larger than " + std::to_string(max_bytes) +
+                                " bytes. Check that it is the right file");
   }
 }
 

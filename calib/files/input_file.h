@@ -69,7 +69,8 @@ struct KeyError : FileError {
         path(std::move(path_in_file)),
         reason(std::move(what_is_wrong)) {}
 
-  std::string path;    ///< TOML, counted from 1: "target[2].diameter_mm"; JSON, from 0: ".spheres[1].mm"
+  std::string
+      path;  ///< TOML, counted from 1: "target[2].diameter_mm"; JSON, from 0: ".spheres[1].mm"
   std::string reason;  ///< without the place
 };
 

@@ -42,6 +42,24 @@ std::size_t after_string_index(std::string_view text, std::size_t at) {
   return text.size();
 }
 
+bool is_deep_json(std::string_view text) {
+  int depth = 0;
+  bool inside = false;  // inside a string
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (inside && c == '\\')
+      ++at;
+    else if (c == '"')
+      inside = !inside;
+    else if (!inside && (c == '{' || c == '['))
+      ++depth;
+    else if (!inside && (c == '}' || c == ']'))
+      --depth;
+    if (depth > kDeepestJson) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void refuse_deep_toml(std::string_view text, const std::string& name) {
@@ -69,28 +87,6 @@ void refuse_deep_toml(std::string_view text, const std::string& name) {
     ++at;
   }
 }
-
-namespace {
-
-bool is_deep_json(std::string_view text) {
-  int depth = 0;
-  bool inside = false;  // inside a string
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    const char c = text[at];
-    if (inside && c == '\\')
-      ++at;
-    else if (c == '"')
-      inside = !inside;
-    else if (!inside && (c == '{' || c == '['))
-      ++depth;
-    else if (!inside && (c == '}' || c == ']'))
-      --depth;
-    if (depth > kDeepestJson) return true;
-  }
-  return false;
-}
-
-}  // namespace
 
 void refuse_deep_json(std::string_view text, const std::string& name) {
   if (is_deep_json(text))

@@ -58,103 +58,6 @@ Obstacle read_obstacle(const TomlTable& t, const Robot& robot) {
   return obstacle;
 }
 
-}  // namespace
-
-std::vector<Obstacle> read_obstacles(const TomlTable& document, const Robot& robot) {
-  std::vector<Obstacle> obstacles;
-  std::set<std::string> ids;
-  for (const TomlTable& table : document.tables("obstacle")) {
-    if (obstacles.size() == kMaxObstacles) table.fail("id", "a cell holds at most 1000 obstacles");
-    obstacles.push_back(read_obstacle(table, robot));
-    if (!ids.insert(obstacles.back().id).second)
-      table.fail("id", "\"" + shown(obstacles.back().id) + "\" occurs twice");
-  }
-  return obstacles;
-}
-
-int read_carrier(const TomlTable& table, const Robot& robot) {
-  const std::string on = table.string_or("on", "floor");
-  if (on == "floor") return 0;
-  const auto found = std::ranges::find(robot.positioner, on, &PositionerAxis::name);
-  if (found != robot.positioner.end())
-    return static_cast<int>(found - robot.positioner.begin()) + 1;
-  std::string known = "\"floor\"";
-  for (const PositionerAxis& axis : robot.positioner) known += " or \"" + axis.name + "\"";
-  table.fail("on",
-             robot.positioner.empty()
-                 ? "\"" + shown(on) +
-                       "\": the robot file has no [[positioner]]. Add its axes there, or leave "
-                       "the key out"
-                 : "\"" + shown(on) + "\" is no axis of the robot file's positioner; use " + known);
-}
-
-std::string carrier_to_toml(int carried_by, const Robot& robot) {
-  if (carried_by == 0) return {};
-  const std::size_t last = static_cast<std::size_t>(carried_by) - 1;
-  return fmt::format("on = {}\n", toml_string(robot.positioner.at(last).name));
-}
-
-std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles, const Robot& robot) {
-  std::string out;
-  for (const Obstacle& o : obstacles) {
-    out += fmt::format("\n[[obstacle]]\nid = {}\n", toml_string(o.id));
-    switch (o.shape) {
-      case ObstacleShape::kBox:
-        out += fmt::format("shape = \"box\"\nsize_mm = {}\n", vector_to_toml(o.size_m * kMmPerM));
-        break;
-      case ObstacleShape::kCylinder:
-        out += "shape = \"cylinder\"\n" + numbers_to_toml(kCylinder, o);
-        break;
-      case ObstacleShape::kMesh:
-        out += fmt::format("shape = \"mesh\"\nfile = {}\n", toml_string(o.mesh_file));
-        break;
-    }
-    out += frame_to_toml(o.frame) + carrier_to_toml(o.carried_by, robot);
-  }
-  return out;
-}
-
-void read_stand(const TomlTable& t, Target& target) {
-  target.has_stand = !t.has("stand") || t.word("stand", {"post", "none"}) == "post";
-  for (const char* key : {"stand_diameter_mm", "stand_height_mm"})
-    if (!target.has_stand && t.has(key)) t.fail(key, "there is no stand; leave it out");
-  read_numbers(t, kStand, target);
-}
-
-std::string stand_to_toml(const Target& target) {
-  return target.has_stand ? numbers_to_toml(kStand, target) : "stand = \"none\"\n";
-}
-
-void load_meshes(Cell& cell, const std::filesystem::path& folder, std::size_t most_triangles) {
-  std::map<std::string, std::shared_ptr<const Mesh>> read;
-  std::size_t triangles = 0;
-  for (Obstacle& obstacle : cell.obstacles) {
-    if (obstacle.shape != ObstacleShape::kMesh) continue;
-    std::shared_ptr<const Mesh>& mesh = read[obstacle.mesh_file];
-    if (mesh == nullptr) {
-      try {
-        mesh = std::make_shared<const Mesh>(load_stl(folder / obstacle.mesh_file));
-      } catch (const FileError& error) {
-        FileError named("obstacle " + obstacle.id + ": " + error.what());
-        named.file = error.file;
-        throw named;
-      }
-      triangles += mesh->triangles.size();
-      if (triangles > most_triangles) {
-        FileError too_many(fmt::format(
-            "obstacle {}: with {} the meshes of this cell have {} triangles, more than {}; export "
-            "them coarser, or put boxes in their place",
-            obstacle.id, shown(obstacle.mesh_file), triangles, most_triangles));
-        too_many.file = (folder / obstacle.mesh_file).string();
-        throw too_many;
-      }
-    }
-    obstacle.mesh = mesh;
-  }
-}
-
-namespace {
-
 using Eigen::Vector3d;
 
 constexpr std::size_t kMostBytes = 128u << 20;  // ASCII: about 270 bytes per triangle
@@ -210,12 +113,14 @@ std::size_t count_facets(std::string_view bytes, const std::string& name) {
   const std::size_t count = stated == 0 && whole ? rest / kRecord : stated;
   // Whole facets after the last one may belong to the mesh: two readings.
   if (rest < kRecord * count || (whole && rest > kRecord * count))
-    throw FileError(name, fmt::format(": byte {}: not an STL file, or damaged: its header's {} triangles need {} "
-                                      "bytes, but it has {}. {}",
-                                      kHeader - 4, count, kHeader + kRecord * count, bytes.size(), kExport));
+    throw FileError(
+        name,
+        fmt::format(": byte {}: not an STL file, or damaged: its header's {} triangles need {} "
+                    "bytes, but it has {}. {}",
+                    kHeader - 4, count, kHeader + kRecord * count, bytes.size(), kExport));
   if (count > kMostTriangles)
-    throw FileError(name, fmt::format(": byte {}: {} triangles, more than {}; export it coarser", kHeader - 4, count,
-                                      kMostTriangles));
+    throw FileError(name, fmt::format(": byte {}: {} triangles, more than {}; export it coarser",
+                                      kHeader - 4, count, kMostTriangles));
   return count;
 }
 
@@ -345,13 +250,109 @@ std::string_view other_format(std::string_view text) {
   text = trimmed(text);
   for (const auto& [beginning, format] : kBeginnings)
     if (text.starts_with(beginning)) return format;
-  while (text.starts_with('#')) text = trimmed(text.substr(std::min(text.find('\n'), text.size())));  // OBJ's comments
+  while (text.starts_with('#'))
+    text = trimmed(text.substr(std::min(text.find('\n'), text.size())));  // OBJ's comments
   for (const std::string_view word : {"mtllib", "usemtl", "o", "g", "v", "vn", "vt"})
-    if (text.starts_with(word) && kBlanks.find(text.substr(word.size(), 1)) != std::string_view::npos) return "OBJ";
+    if (text.starts_with(word) &&
+        kBlanks.find(text.substr(word.size(), 1)) != std::string_view::npos)
+      return "OBJ";
   return {};
 }
 
 }  // namespace
+
+std::vector<Obstacle> read_obstacles(const TomlTable& document, const Robot& robot) {
+  std::vector<Obstacle> obstacles;
+  std::set<std::string> ids;
+  for (const TomlTable& table : document.tables("obstacle")) {
+    if (obstacles.size() == kMaxObstacles) table.fail("id", "a cell holds at most 1000 obstacles");
+    obstacles.push_back(read_obstacle(table, robot));
+    if (!ids.insert(obstacles.back().id).second)
+      table.fail("id", "\"" + shown(obstacles.back().id) + "\" occurs twice");
+  }
+  return obstacles;
+}
+
+int read_carrier(const TomlTable& table, const Robot& robot) {
+  const std::string on = table.string_or("on", "floor");
+  if (on == "floor") return 0;
+  const auto found = std::ranges::find(robot.positioner, on, &PositionerAxis::name);
+  if (found != robot.positioner.end())
+    return static_cast<int>(found - robot.positioner.begin()) + 1;
+  std::string known = "\"floor\"";
+  for (const PositionerAxis& axis : robot.positioner) known += " or \"" + axis.name + "\"";
+  table.fail("on",
+             robot.positioner.empty()
+                 ? "\"" + shown(on) +
+                       "\": the robot file has no [[positioner]]. Add its axes there, or leave "
+                       "the key out"
+                 : "\"" + shown(on) + "\" is no axis of the robot file's positioner; use " + known);
+}
+
+std::string carrier_to_toml(int carried_by, const Robot& robot) {
+  if (carried_by == 0) return {};
+  const std::size_t last = static_cast<std::size_t>(carried_by) - 1;
+  return fmt::format("on = {}\n", toml_string(robot.positioner.at(last).name));
+}
+
+std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles, const Robot& robot) {
+  std::string out;
+  for (const Obstacle& o : obstacles) {
+    out += fmt::format("\n[[obstacle]]\nid = {}\n", toml_string(o.id));
+    switch (o.shape) {
+      case ObstacleShape::kBox:
+        out += fmt::format("shape = \"box\"\nsize_mm = {}\n", vector_to_toml(o.size_m * kMmPerM));
+        break;
+      case ObstacleShape::kCylinder:
+        out += "shape = \"cylinder\"\n" + numbers_to_toml(kCylinder, o);
+        break;
+      case ObstacleShape::kMesh:
+        out += fmt::format("shape = \"mesh\"\nfile = {}\n", toml_string(o.mesh_file));
+        break;
+    }
+    out += frame_to_toml(o.frame) + carrier_to_toml(o.carried_by, robot);
+  }
+  return out;
+}
+
+void read_stand(const TomlTable& t, Target& target) {
+  target.has_stand = !t.has("stand") || t.word("stand", {"post", "none"}) == "post";
+  for (const char* key : {"stand_diameter_mm", "stand_height_mm"})
+    if (!target.has_stand && t.has(key)) t.fail(key, "there is no stand; leave it out");
+  read_numbers(t, kStand, target);
+}
+
+std::string stand_to_toml(const Target& target) {
+  return target.has_stand ? numbers_to_toml(kStand, target) : "stand = \"none\"\n";
+}
+
+void load_meshes(Cell& cell, const std::filesystem::path& folder, std::size_t most_triangles) {
+  std::map<std::string, std::shared_ptr<const Mesh>> read;
+  std::size_t triangles = 0;
+  for (Obstacle& obstacle : cell.obstacles) {
+    if (obstacle.shape != ObstacleShape::kMesh) continue;
+    std::shared_ptr<const Mesh>& mesh = read[obstacle.mesh_file];
+    if (mesh == nullptr) {
+      try {
+        mesh = std::make_shared<const Mesh>(load_stl(folder / obstacle.mesh_file));
+      } catch (const FileError& error) {
+        FileError named("obstacle " + obstacle.id + ": " + error.what());
+        named.file = error.file;
+        throw named;
+      }
+      triangles += mesh->triangles.size();
+      if (triangles > most_triangles) {
+        FileError too_many(fmt::format(
+            "obstacle {}: with {} the meshes of this cell have {} triangles, more than {}; export "
+            "them coarser, or put boxes in their place",
+            obstacle.id, shown(obstacle.mesh_file), triangles, most_triangles));
+        too_many.file = (folder / obstacle.mesh_file).string();
+        throw too_many;
+      }
+    }
+    obstacle.mesh = mesh;
+  }
+}
 
 Mesh parse_stl(std::string_view bytes, const std::string& name) {
   std::string_view text = bytes;
@@ -366,8 +367,9 @@ Mesh parse_stl(std::string_view bytes, const std::string& name) {
     throw FileError(name, fmt::format(": {}, not an STL file. {}", other, kExport));
   } else if (bytes.size() < kHeader) {
     throw FileError(
-        name, fmt::format(": byte {}: ends before an STL's header does. Check that it is the right file",
-                          bytes.size()));
+        name,
+        fmt::format(": byte {}: ends before an STL's header does. Check that it is the right file",
+                    bytes.size()));
   } else {
     throw FileError(name, fmt::format(": not an STL file. {}", kExport));
   }

@@ -93,6 +93,143 @@ std::vector<Finding> recorded(const JsonReader& reasons, Severity severity) {
   return findings;
 }
 
+using fields::from_json, fields::to_json;
+
+constexpr std::array<std::pair<const char*, double>, 11> kUnits{{{"mm", kMmPerM},
+                                                                 {"ms", kMsPerS},
+                                                                 {"deg", kDegPerRad},
+                                                                 {"arcsec", 3600.0 * kDegPerRad},
+                                                                 {"mm/m", 1000.0},
+                                                                 {"mrad", 1000.0},
+                                                                 {"mrad/m", 1000.0},
+                                                                 {"mrad/rad", 1000.0},
+                                                                 {"1/(N m^2)", 1.0},
+                                                                 {"rad/(N m)", 1.0},
+                                                                 {"kg m rad/(N m)", 1.0}}};
+
+double per_si(const JsonReader& r) {
+  const std::string unit = r.text();
+  for (const auto& [name, factor] : kUnits)
+    if (unit == name) return factor;
+  r.fail("\"" + shown(unit) + "\" is not known");
+}
+
+/// The rows after "unit" are in that unit.
+Table<ParameterResult> parameter_fields(const Cell& cell) {
+  using P = ParameterResult;
+  const auto name = [&cell](const P& p) -> Json { return parameter_name(cell, p.key); };
+  const auto read_name = [&cell](const JsonReader& r, P& p) {
+    p.key = parameter_from_json(cell, r);
+  };
+  const auto read_unit = [](const JsonReader& r, P& p) {
+    p.to_unit = per_si(r);
+    p.unit = r.text();
+  };
+  const auto nominal = [&cell](const P& p) -> Json {
+    return (stated_value(cell, p.key) + p.nominal) * p.to_unit;
+  };
+  const auto read_nominal = [&cell](const JsonReader& r, P& p) {
+    const double value = r.number() / p.to_unit;
+    if (!is_geometric(p.key.kind) && p.key.kind != ParameterKind::kTcp) {
+      p.nominal = value;
+      return;
+    }
+    // Defined by the cell; earlier versions wrote 0.
+    const double stated = stated_value(cell, p.key);
+    constexpr double kRounding = 1e-9;
+    if (value != 0.0 && !(std::abs(value - stated) <= kRounding * std::abs(stated)))
+      r.fail(
+          fmt::format("is {:g} {}, and {:g} {} in robot or cell: one was altered. Take the file "
+                      "from its session again: 'cellcal export ID DIR'",
+                      r.number(), p.unit, stated * p.to_unit, p.unit));
+  };
+  const auto read_correction = [](const JsonReader& r, P& p) {
+    constexpr double kMostInUnit = 1e6;  // a kilometre, many turns
+    if (!(std::abs(r.number()) <= kMostInUnit)) r.fail("is out of range, -1e6 to 1e6");
+    p.correction = r.number() / p.to_unit;
+  };
+  return {
+      {"name", name, read_name},
+      {"unit", [](const P& p) -> Json { return p.unit; }, read_unit},
+      {"nominal", nominal, read_nominal},
+      {"correction", [](const P& p) -> Json { return p.correction * p.to_unit; }, read_correction},
+      {"sigma", [](const P& p) -> Json { return p.sigma * p.to_unit; },
+       [](const JsonReader& r, P& p) { p.sigma = r.not_negative() / p.to_unit; }},
+      field("decided_by", &P::decided_by, named<DecidedBy>())};
+}
+
+void read_parameters(const JsonReader& reader, Calibration& c) {
+  const auto table = parameter_fields(c.cell);
+  std::set<ParameterKey> keys;
+  for (const JsonReader& item : reader.items()) {
+    from_json(table, item, c.parameters.emplace_back());
+    const JsonReader name = item.at("name");
+    if (!keys.insert(c.parameters.back().key).second)
+      name.fail("\"" + shown(name.text()) + "\" occurs twice");
+  }
+}
+
+/// Rows are in the parameters' units; columns as well, or single steps.
+enum class Columns { kParameters, kSteps };
+
+double column_unit(const Calibration& c, Columns columns, std::size_t k) {
+  return columns == Columns::kParameters ? c.parameters[k].to_unit : 1.0;
+}
+
+Json matrix_json(const Calibration& c, const Eigen::MatrixXd& m, Columns columns) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index k = 0; k < m.cols(); ++k)
+      row.push_back(m(i, k) * c.parameters[static_cast<std::size_t>(i)].to_unit *
+                    column_unit(c, columns, static_cast<std::size_t>(k)));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Eigen::MatrixXd read_matrix(const JsonReader& reader, const Calibration& c, Columns columns) {
+  const auto n = static_cast<Eigen::Index>(c.parameters.size());
+  const auto rows = reader.items();
+  // An empty covariance would be read as perfect knowledge.
+  if (static_cast<Eigen::Index>(rows.size()) != n) reader.fail("must have one row per parameter");
+  const Eigen::Index wanted = columns == Columns::kParameters ? n
+                              : rows.empty()                  ? 0
+                                             : static_cast<Eigen::Index>(rows[0].items().size());
+  // All rows are validated before the matrix is allocated: a short file must not cause a large allocation.
+  for (const JsonReader& row : rows)
+    if (static_cast<Eigen::Index>(row.items().size()) != wanted)
+      row.fail("has " + std::to_string(row.items().size()) + " entries, " + std::to_string(wanted) +
+               " are needed");
+  Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, wanted);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto items = rows[i].items();
+    for (std::size_t k = 0; k < items.size(); ++k)
+      m(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
+          items[k].number() / c.parameters[i].to_unit / column_unit(c, columns, k);
+  }
+  return m;
+}
+
+/// True if the bounds derived from it are real numbers.
+bool is_covariance(const Eigen::MatrixXd& m) {
+  if (m.size() == 0) return true;     // no parameters
+  constexpr double kRounding = 1e-9;  // tolerance of correlations
+  const Eigen::VectorXd sigma = m.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd scale = (sigma.array() > 0.0).select(sigma, 1.0).cwiseInverse();
+  Eigen::MatrixXd correlation = scale.asDiagonal() * m * scale.asDiagonal();
+  if (!correlation.allFinite() || m.diagonal().minCoeff() < 0.0) return false;
+  if ((correlation - correlation.transpose()).cwiseAbs().maxCoeff() > kRounding) return false;
+  correlation.diagonal().array() += kRounding;
+  return Cholesky(correlation).positive();
+}
+
+void read_covariance(const JsonReader& reader, Calibration& c) {
+  c.covariance = read_matrix(reader, c, Columns::kParameters);
+  if (!is_covariance(c.covariance))
+    reader.fail("is not a covariance (symmetric, no direction with a variance below 0)");
+}
+
 }  // namespace
 
 Table<ResidualSummary> summary_fields() {
@@ -290,147 +427,6 @@ Table<InputFile> input_fields() {
   return {field("role", &I::role, text()), field("name", &I::name, text()),
           field("sha256", &I::sha256, text())};
 }
-
-namespace {
-
-using fields::from_json, fields::to_json;
-
-constexpr std::array<std::pair<const char*, double>, 11> kUnits{{{"mm", kMmPerM},
-                                                                 {"ms", kMsPerS},
-                                                                 {"deg", kDegPerRad},
-                                                                 {"arcsec", 3600.0 * kDegPerRad},
-                                                                 {"mm/m", 1000.0},
-                                                                 {"mrad", 1000.0},
-                                                                 {"mrad/m", 1000.0},
-                                                                 {"mrad/rad", 1000.0},
-                                                                 {"1/(N m^2)", 1.0},
-                                                                 {"rad/(N m)", 1.0},
-                                                                 {"kg m rad/(N m)", 1.0}}};
-
-double per_si(const JsonReader& r) {
-  const std::string unit = r.text();
-  for (const auto& [name, factor] : kUnits)
-    if (unit == name) return factor;
-  r.fail("\"" + shown(unit) + "\" is not known");
-}
-
-/// The rows after "unit" are in that unit.
-Table<ParameterResult> parameter_fields(const Cell& cell) {
-  using P = ParameterResult;
-  const auto name = [&cell](const P& p) -> Json { return parameter_name(cell, p.key); };
-  const auto read_name = [&cell](const JsonReader& r, P& p) {
-    p.key = parameter_from_json(cell, r);
-  };
-  const auto read_unit = [](const JsonReader& r, P& p) {
-    p.to_unit = per_si(r);
-    p.unit = r.text();
-  };
-  const auto nominal = [&cell](const P& p) -> Json {
-    return (stated_value(cell, p.key) + p.nominal) * p.to_unit;
-  };
-  const auto read_nominal = [&cell](const JsonReader& r, P& p) {
-    const double value = r.number() / p.to_unit;
-    if (!is_geometric(p.key.kind) && p.key.kind != ParameterKind::kTcp) {
-      p.nominal = value;
-      return;
-    }
-    // Defined by the cell; earlier versions wrote 0.
-    const double stated = stated_value(cell, p.key);
-    constexpr double kRounding = 1e-9;
-    if (value != 0.0 && !(std::abs(value - stated) <= kRounding * std::abs(stated)))
-      r.fail(
-          fmt::format("is {:g} {}, and {:g} {} in robot or cell: one was altered. Take the file "
-                      "from its session again: 'cellcal export ID DIR'",
-                      r.number(), p.unit, stated * p.to_unit, p.unit));
-  };
-  const auto read_correction = [](const JsonReader& r, P& p) {
-    constexpr double kMostInUnit = 1e6;  // a kilometre, many turns
-    if (!(std::abs(r.number()) <= kMostInUnit)) r.fail("is out of range, -1e6 to 1e6");
-    p.correction = r.number() / p.to_unit;
-  };
-  return {
-      {"name", name, read_name},
-      {"unit", [](const P& p) -> Json { return p.unit; }, read_unit},
-      {"nominal", nominal, read_nominal},
-      {"correction", [](const P& p) -> Json { return p.correction * p.to_unit; }, read_correction},
-      {"sigma", [](const P& p) -> Json { return p.sigma * p.to_unit; },
-       [](const JsonReader& r, P& p) { p.sigma = r.not_negative() / p.to_unit; }},
-      field("decided_by", &P::decided_by, named<DecidedBy>())};
-}
-
-void read_parameters(const JsonReader& reader, Calibration& c) {
-  const auto table = parameter_fields(c.cell);
-  std::set<ParameterKey> keys;
-  for (const JsonReader& item : reader.items()) {
-    from_json(table, item, c.parameters.emplace_back());
-    const JsonReader name = item.at("name");
-    if (!keys.insert(c.parameters.back().key).second)
-      name.fail("\"" + shown(name.text()) + "\" occurs twice");
-  }
-}
-
-/// Rows are in the parameters' units; columns as well, or single steps.
-enum class Columns { kParameters, kSteps };
-
-double column_unit(const Calibration& c, Columns columns, std::size_t k) {
-  return columns == Columns::kParameters ? c.parameters[k].to_unit : 1.0;
-}
-
-Json matrix_json(const Calibration& c, const Eigen::MatrixXd& m, Columns columns) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < m.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index k = 0; k < m.cols(); ++k)
-      row.push_back(m(i, k) * c.parameters[static_cast<std::size_t>(i)].to_unit *
-                    column_unit(c, columns, static_cast<std::size_t>(k)));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
-Eigen::MatrixXd read_matrix(const JsonReader& reader, const Calibration& c, Columns columns) {
-  const auto n = static_cast<Eigen::Index>(c.parameters.size());
-  const auto rows = reader.items();
-  // An empty covariance would be read as perfect knowledge.
-  if (static_cast<Eigen::Index>(rows.size()) != n) reader.fail("must have one row per parameter");
-  const Eigen::Index wanted = columns == Columns::kParameters ? n
-                              : rows.empty()                  ? 0
-                                             : static_cast<Eigen::Index>(rows[0].items().size());
-  // All rows are validated before the matrix is allocated: a short file must not cause a large allocation.
-  for (const JsonReader& row : rows)
-    if (static_cast<Eigen::Index>(row.items().size()) != wanted)
-      row.fail("has " + std::to_string(row.items().size()) + " entries, " + std::to_string(wanted) +
-               " are needed");
-  Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, wanted);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto items = rows[i].items();
-    for (std::size_t k = 0; k < items.size(); ++k)
-      m(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
-          items[k].number() / c.parameters[i].to_unit / column_unit(c, columns, k);
-  }
-  return m;
-}
-
-/// True if the bounds derived from it are real numbers.
-bool is_covariance(const Eigen::MatrixXd& m) {
-  if (m.size() == 0) return true;     // no parameters
-  constexpr double kRounding = 1e-9;  // tolerance of correlations
-  const Eigen::VectorXd sigma = m.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::VectorXd scale = (sigma.array() > 0.0).select(sigma, 1.0).cwiseInverse();
-  Eigen::MatrixXd correlation = scale.asDiagonal() * m * scale.asDiagonal();
-  if (!correlation.allFinite() || m.diagonal().minCoeff() < 0.0) return false;
-  if ((correlation - correlation.transpose()).cwiseAbs().maxCoeff() > kRounding) return false;
-  correlation.diagonal().array() += kRounding;
-  return Cholesky(correlation).positive();
-}
-
-void read_covariance(const JsonReader& reader, Calibration& c) {
-  c.covariance = read_matrix(reader, c, Columns::kParameters);
-  if (!is_covariance(c.covariance))
-    reader.fail("is not a covariance (symmetric, no direction with a variance below 0)");
-}
-
-}  // namespace
 
 Field<Calibration> parameters_field() {
   return {"parameters",

@@ -120,31 +120,6 @@ std::string read_joint_name(const TomlTable& t) {
   return name;
 }
 
-}  // namespace
-
-LinearGuide usual_guide() {
-  LinearGuide guide;
-  guide.scale_sigma = 0.5e-3;
-  guide.direction_sigma_rad = 3e-3;
-  guide.straightness_sigma_m = 0.3e-3;
-  guide.turn_sigma_rad_m = 0.5e-3;
-  guide.turn_sigma_rad = 0.3e-3;
-  return guide;
-}
-
-PositionerAxis usual_positioner_axis() {
-  PositionerAxis axis;
-  axis.place_sigma_m = 2e-3;
-  axis.direction_sigma_rad = 2e-3;
-  axis.scale_sigma = 1e-4;
-  // A cycloidal gear of 400 N m gives by 2.7e-6 and tilts by 3e-7 rad/(N m), its frame gives as well.
-  axis.compliance_sigma_rad_per_nm = 2e-6;
-  axis.bearing_sigma_rad_per_nm = 5e-7;
-  return axis;
-}
-
-namespace {
-
 /// A linear unit's.
 Joint read_prismatic(const TomlTable& t) {
   Joint joint;
@@ -302,7 +277,78 @@ std::string axis_to_toml(const PositionerAxis& axis) {
          frame_to_toml(axis.frame);
 }
 
+/// Path of the binary that contains this code: the shared library, otherwise the program.
+std::filesystem::path own_file() {
+  std::error_code none;
+  Dl_info info{};
+  static const int here = 0;
+  if (dladdr(&here, &info) != 0 && info.dli_fname != nullptr) {
+    // For the program itself this is argv[0], which is not valid from another directory.
+    const std::filesystem::path file = info.dli_fname;
+    if (file.is_absolute() && file.string().find(".so") != std::string::npos) return file;
+  }
+  return std::filesystem::read_symlink("/proc/self/exe", none);
+}
+
+bool holds_robots(const std::filesystem::path& folder) {
+  std::error_code none;
+  for (std::filesystem::directory_iterator at(folder, none), end; !none && at != end;
+       at.increment(none)) {
+    if (at->path().extension() == ".toml") return true;
+  }
+  return false;
+}
+
+std::string nowhere_of(const std::string& name) { return "no robot file \"" + shown(name) + "\""; }
+
+std::string list_of(const std::vector<std::filesystem::path>& places) {
+  constexpr std::size_t kShownPath = 300;
+  std::string list;
+  for (const auto& path : places) list += "\n  " + shown(path.string(), kShownPath);
+  return list;
+}
+
+/// Omits the minus sign of values that round to zero.
+std::string fixed(double value, int decimals) {
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.find_first_not_of("-0.") == std::string::npos && text.front() == '-') text.erase(0, 1);
+  return text + ' ';
+}
+
+std::string drawn_mm(double m) { return fixed(m * kMmPerM, 6); }
+std::string nine_decimals(double value) { return fixed(value, 9); }
+std::string deg(double rad) { return nine_decimals(rad * kDegPerRad); }
+
+std::string frame(const Eigen::Isometry3d& f) {
+  std::string text =
+      drawn_mm(f.translation().x()) + drawn_mm(f.translation().y()) + drawn_mm(f.translation().z());
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) text += nine_decimals(f.linear()(row, column));
+  return text + '\n';
+}
+
 }  // namespace
+
+LinearGuide usual_guide() {
+  LinearGuide guide;
+  guide.scale_sigma = 0.5e-3;
+  guide.direction_sigma_rad = 3e-3;
+  guide.straightness_sigma_m = 0.3e-3;
+  guide.turn_sigma_rad_m = 0.5e-3;
+  guide.turn_sigma_rad = 0.3e-3;
+  return guide;
+}
+
+PositionerAxis usual_positioner_axis() {
+  PositionerAxis axis;
+  axis.place_sigma_m = 2e-3;
+  axis.direction_sigma_rad = 2e-3;
+  axis.scale_sigma = 1e-4;
+  // A cycloidal gear of 400 N m gives by 2.7e-6 and tilts by 3e-7 rad/(N m), its frame gives as well.
+  axis.compliance_sigma_rad_per_nm = 2e-6;
+  axis.bearing_sigma_rad_per_nm = 5e-7;
+  return axis;
+}
 
 Robot read_robot(const TomlTable& document) {
   document.word("format", {kRobotFormat});
@@ -377,41 +423,6 @@ std::string robot_to_toml(const Robot& robot) {
 
 Robot load_robot(const std::filesystem::path& path) { return read_robot(TomlTable::load(path)); }
 
-namespace {
-
-/// Path of the binary that contains this code: the shared library, otherwise the program.
-std::filesystem::path own_file() {
-  std::error_code none;
-  Dl_info info{};
-  static const int here = 0;
-  if (dladdr(&here, &info) != 0 && info.dli_fname != nullptr) {
-    // For the program itself this is argv[0], which is not valid from another directory.
-    const std::filesystem::path file = info.dli_fname;
-    if (file.is_absolute() && file.string().find(".so") != std::string::npos) return file;
-  }
-  return std::filesystem::read_symlink("/proc/self/exe", none);
-}
-
-bool holds_robots(const std::filesystem::path& folder) {
-  std::error_code none;
-  for (std::filesystem::directory_iterator at(folder, none), end; !none && at != end;
-       at.increment(none)) {
-    if (at->path().extension() == ".toml") return true;
-  }
-  return false;
-}
-
-std::string nowhere_of(const std::string& name) { return "no robot file \"" + shown(name) + "\""; }
-
-std::string list_of(const std::vector<std::filesystem::path>& places) {
-  constexpr std::size_t kShownPath = 300;
-  std::string list;
-  for (const auto& path : places) list += "\n  " + shown(path.string(), kShownPath);
-  return list;
-}
-
-}  // namespace
-
 std::vector<std::filesystem::path> robots_directories() {
   std::vector<std::filesystem::path> result;
   if (const char* set = std::getenv("CELLCAL_ROBOTS"); set != nullptr && *set != '\0')
@@ -469,29 +480,6 @@ std::vector<NamedRobot> shipped_robots() {
   }
   return robots;
 }
-
-namespace {
-
-/// Omits the minus sign of values that round to zero.
-std::string fixed(double value, int decimals) {
-  std::string text = fmt::format("{:.{}f}", value, decimals);
-  if (text.find_first_not_of("-0.") == std::string::npos && text.front() == '-') text.erase(0, 1);
-  return text + ' ';
-}
-
-std::string drawn_mm(double m) { return fixed(m * kMmPerM, 6); }
-std::string nine_decimals(double value) { return fixed(value, 9); }
-std::string deg(double rad) { return nine_decimals(rad * kDegPerRad); }
-
-std::string frame(const Eigen::Isometry3d& f) {
-  std::string text =
-      drawn_mm(f.translation().x()) + drawn_mm(f.translation().y()) + drawn_mm(f.translation().z());
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) text += nine_decimals(f.linear()(row, column));
-  return text + '\n';
-}
-
-}  // namespace
 
 std::string nominal_geometry_sha256(const Robot& robot) {
   std::string text = frame(robot.base_fixed);

@@ -170,6 +170,68 @@ std::string common_syntax_error(std::string_view text, std::size_t line,
   return "not valid TOML: " + shown(std::string(description), kShownDescription);
 }
 
+using nlohmann::json;
+
+json to_json(const toml::node& node) {
+  if (const auto* table = node.as_table()) {
+    json object = json::object();
+    for (const auto& [key, value] : *table) object[std::string(key.str())] = to_json(value);
+    return object;
+  }
+  if (const auto* array = node.as_array()) {
+    json list = json::array();
+    for (const toml::node& item : *array) list.push_back(to_json(item));
+    return list;
+  }
+  if (const auto* text = node.as_string()) return text->get();
+  if (const auto* number = node.as_integer()) return number->get();
+  if (const auto* number = node.as_floating_point())
+    return std::isfinite(number->get()) ? json(number->get()) : json();
+  if (const auto* flag = node.as_boolean()) return flag->get();
+  throw FileError("dates and times are not allowed in a robot or cell file");
+}
+
+void insert(toml::table& table, const std::string& key, const json& value, const std::string& name);
+
+toml::table to_table(const json& object, const std::string& name) {
+  toml::table table;
+  for (const auto& [key, value] : object.items()) insert(table, key, value, name);
+  return table;
+}
+
+toml::array to_array(const json& list, const std::string& key, const std::string& name) {
+  toml::array array;
+  for (const json& item : list) {
+    if (item.is_object())
+      array.push_back(to_table(item, name));
+    else if (item.is_string())
+      array.push_back(item.get<std::string>());
+    else if (item.is_number())
+      array.push_back(item.get<double>());
+    else
+      throw FileError(name, ": " + key + ": an array may hold tables, strings or numbers only");
+  }
+  return array;
+}
+
+void insert(toml::table& table, const std::string& key, const json& value,
+            const std::string& name) {
+  if (value.is_object())
+    table.insert(key, to_table(value, name));
+  else if (value.is_array())
+    table.insert(key, to_array(value, key, name));
+  else if (value.is_string())
+    table.insert(key, value.get<std::string>());
+  else if (value.is_number_integer())
+    table.insert(key, value.get<std::int64_t>());
+  else if (value.is_number())
+    table.insert(key, value.get<double>());
+  else if (value.is_boolean())
+    table.insert(key, value.get<bool>());
+  else
+    throw FileError(name, ": " + key + ": null is not allowed here");
+}
+
 }  // namespace
 
 std::string TomlTable::Node::similar_key(std::string_view key,
@@ -333,7 +395,7 @@ TomlTable TomlTable::table(std::string_view key) const {
   const toml::node* node = node_->find(key);
   if (!node)
     fail(key, "the table [" + shown(node_->full(key), kShownKey) + "] is missing" +
-                 node_->similar_key(key, is_similar_table));
+                  node_->similar_key(key, is_similar_table));
   if (!node->is_table()) fail(key, "must be a table, but is " + kind_of(*node));
   return node_->child(node->as_table(), node_->full(key));
 }
@@ -374,72 +436,6 @@ void TomlTable::refuse_unknown() const {
     fail(key.str(), "unknown key" + meant + "; known here are: " + known);
   }
 }
-
-namespace {
-
-using nlohmann::json;
-
-json to_json(const toml::node& node) {
-  if (const auto* table = node.as_table()) {
-    json object = json::object();
-    for (const auto& [key, value] : *table) object[std::string(key.str())] = to_json(value);
-    return object;
-  }
-  if (const auto* array = node.as_array()) {
-    json list = json::array();
-    for (const toml::node& item : *array) list.push_back(to_json(item));
-    return list;
-  }
-  if (const auto* text = node.as_string()) return text->get();
-  if (const auto* number = node.as_integer()) return number->get();
-  if (const auto* number = node.as_floating_point())
-    return std::isfinite(number->get()) ? json(number->get()) : json();
-  if (const auto* flag = node.as_boolean()) return flag->get();
-  throw FileError("dates and times are not allowed in a robot or cell file");
-}
-
-void insert(toml::table& table, const std::string& key, const json& value, const std::string& name);
-
-toml::table to_table(const json& object, const std::string& name) {
-  toml::table table;
-  for (const auto& [key, value] : object.items()) insert(table, key, value, name);
-  return table;
-}
-
-toml::array to_array(const json& list, const std::string& key, const std::string& name) {
-  toml::array array;
-  for (const json& item : list) {
-    if (item.is_object())
-      array.push_back(to_table(item, name));
-    else if (item.is_string())
-      array.push_back(item.get<std::string>());
-    else if (item.is_number())
-      array.push_back(item.get<double>());
-    else
-      throw FileError(name, ": " + key + ": an array may hold tables, strings or numbers only");
-  }
-  return array;
-}
-
-void insert(toml::table& table, const std::string& key, const json& value,
-            const std::string& name) {
-  if (value.is_object())
-    table.insert(key, to_table(value, name));
-  else if (value.is_array())
-    table.insert(key, to_array(value, key, name));
-  else if (value.is_string())
-    table.insert(key, value.get<std::string>());
-  else if (value.is_number_integer())
-    table.insert(key, value.get<std::int64_t>());
-  else if (value.is_number())
-    table.insert(key, value.get<double>());
-  else if (value.is_boolean())
-    table.insert(key, value.get<bool>());
-  else
-    throw FileError(name, ": " + key + ": null is not allowed here");
-}
-
-}  // namespace
 
 std::string toml_number(double value) {
   std::string text = fmt::format("{:.14g}", value == 0.0 ? 0.0 : value);

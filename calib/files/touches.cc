@@ -106,7 +106,8 @@ class TouchColumns {
   TouchColumns(const CsvTable& table, const Cell& cell) : table_(table) {
     const bool one_tracker =
         cell.targets.size() == 1 && cell.targets[0].kind == TargetKind::kTracker;
-    if (target_ < 0 && !one_tracker) table.fail_header("no column \"target\"; it names the target of each row");
+    if (target_ < 0 && !one_tracker)
+      table.fail_header("no column \"target\"; it names the target of each row");
   }
 
   void read(const Cell& cell, Touch& touch) const {
@@ -191,8 +192,9 @@ class TouchColumns {
         if (std::abs(touch.tracker_m[k]) > kFarthestReadingM)
           table_.fail(xyz_[k], "is out of range, -1e6 to 1e6");
       } else if (kind == TargetKind::kTracker) {
-        missing(kReading[k], "a touch of kind tracker needs its reading x_mm, y_mm, z_mm. Leave "
-                                "out rows in which nothing was measured");
+        missing(kReading[k],
+                "a touch of kind tracker needs its reading x_mm, y_mm, z_mm. Leave "
+                "out rows in which nothing was measured");
       }
     }
   }
@@ -332,44 +334,6 @@ double bounded(const CsvTable& table, int column, double most, const char* unit)
   return value;
 }
 
-}  // namespace
-
-std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell) {
-  CsvTable table(text, name, joints_row(cell.robot) + ",target");
-  table.take_hash_as_comment();
-  table.take_no_rows();  // as a session without touches writes it
-  auto known = joint_names(cell.robot);
-  const Robot positioner = axes_of_positioner(cell.robot);
-  std::ranges::move(joint_names(positioner), std::back_inserter(known));
-  for (const std::string_view column : kTouchColumns) known.emplace_back(column);
-  take_for_joints(table, cell.robot);
-  table.refuse_unknown(known);
-  const auto joints = joint_columns(table, cell.robot);
-  const auto axes = joint_columns(table, positioner);
-  const TouchColumns columns(table, cell);
-  std::vector<Touch> touches;
-  while (table.next()) {
-    if (touches.size() == kMaxRows) throw FileError(name, ": more than 2000000 touches");
-    Touch touch;
-    touch.line = table.line();
-    touch.joint_rad = read_joints(table, cell.robot, joints);
-    if (const auto error = beyond_limits(table, cell.robot, joints, touch.joint_rad)) throw *error;
-    touch.positioner_rad = read_joints(table, positioner, axes);
-    if (const auto error = beyond_limits(table, positioner, axes, touch.positioner_rad))
-      throw *error;
-    columns.read(cell, touch);
-    touches.push_back(std::move(touch));
-  }
-  average_stands(cell, touches);
-  return touches;
-}
-
-std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& cell) {
-  return parse_touches(read_file(path), path.string(), cell);
-}
-
-namespace {
-
 /// A column written if any touch has a value for it.
 struct Written {
   const char* head;
@@ -422,7 +386,48 @@ std::string empty_fields(const Written& column) {
   return std::string(static_cast<std::size_t>(std::count(head.begin(), head.end(), ',')), ',');
 }
 
+/// Columns of joints that a table has all of, or none.
+std::vector<int> columns_or_none(const CsvTable& table, const Robot& robot) {
+  const bool any = std::ranges::any_of(
+      joint_names(robot), [&](const std::string& joint) { return table.find(joint) >= 0; });
+  return any ? joint_columns(table, robot) : std::vector<int>{};
+}
+
 }  // namespace
+
+std::vector<Touch> parse_touches(std::string_view text, const std::string& name, const Cell& cell) {
+  CsvTable table(text, name, joints_row(cell.robot) + ",target");
+  table.take_hash_as_comment();
+  table.take_no_rows();  // as a session without touches writes it
+  auto known = joint_names(cell.robot);
+  const Robot positioner = axes_of_positioner(cell.robot);
+  std::ranges::move(joint_names(positioner), std::back_inserter(known));
+  for (const std::string_view column : kTouchColumns) known.emplace_back(column);
+  take_for_joints(table, cell.robot);
+  table.refuse_unknown(known);
+  const auto joints = joint_columns(table, cell.robot);
+  const auto axes = joint_columns(table, positioner);
+  const TouchColumns columns(table, cell);
+  std::vector<Touch> touches;
+  while (table.next()) {
+    if (touches.size() == kMaxRows) throw FileError(name, ": more than 2000000 touches");
+    Touch touch;
+    touch.line = table.line();
+    touch.joint_rad = read_joints(table, cell.robot, joints);
+    if (const auto error = beyond_limits(table, cell.robot, joints, touch.joint_rad)) throw *error;
+    touch.positioner_rad = read_joints(table, positioner, axes);
+    if (const auto error = beyond_limits(table, positioner, axes, touch.positioner_rad))
+      throw *error;
+    columns.read(cell, touch);
+    touches.push_back(std::move(touch));
+  }
+  average_stands(cell, touches);
+  return touches;
+}
+
+std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& cell) {
+  return parse_touches(read_file(path), path.string(), cell);
+}
 
 std::string format_touches(const std::vector<Touch>& touches, const Robot& robot) {
   std::vector<const Written*> columns;
@@ -447,17 +452,6 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
   }
   return out;
 }
-
-namespace {
-
-/// Columns of joints that a table has all of, or none.
-std::vector<int> columns_or_none(const CsvTable& table, const Robot& robot) {
-  const bool any = std::ranges::any_of(
-      joint_names(robot), [&](const std::string& joint) { return table.find(joint) >= 0; });
-  return any ? joint_columns(table, robot) : std::vector<int>{};
-}
-
-}  // namespace
 
 JointRows load_joints(const std::filesystem::path& path, const Robot& robot) {
   return parse_joints(read_file(path), path.string(), robot);

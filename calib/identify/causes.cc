@@ -104,34 +104,6 @@ std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
   return best_of(std::move(causes));
 }
 
-}  // namespace
-
-std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches,
-                             const OtherRobots& other_robots) {
-  /// Beyond this scatter no arm can be assessed.
-  constexpr double kMostScatterM = 1e-3;
-  // Twice, since a fit with too small a noise underestimates the scatter.
-  constexpr int kMostRepeats = 2;
-  std::optional<double> beyond;
-  std::vector<Cause> causes = causes_at(cell, touches, other_robots, beyond);
-  Cell noisier = cell;
-  std::vector<Touch> same = touches;
-  for (int k = 0; k < kMostRepeats && causes.empty() && beyond; ++k) {
-    // With the noise that the best explanation leaves.
-    noisier.touch_sigma_m *= *beyond;
-    if (noisier.touch_sigma_m > kMostScatterM) break;
-    noisier.turn_sigma_rad *= *beyond;
-    for (Touch& touch : same) {
-      touch.sigma_m *= *beyond;
-      touch.turn_sigma_rad *= *beyond;
-    }
-    causes = causes_at(noisier, same, other_robots, beyond);
-  }
-  return causes;
-}
-
-namespace {
-
 /// Limit of the misfit, squared sigmas per row of touches and tolerances together: 1, and at most
 /// one more for each unknown, some of which the touches do not reach.
 constexpr double kSense = 2.5;
@@ -159,6 +131,30 @@ bool is_drawn(ParameterKind kind) {
 }
 
 }  // namespace
+
+std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches,
+                             const OtherRobots& other_robots) {
+  /// Beyond this scatter no arm can be assessed.
+  constexpr double kMostScatterM = 1e-3;
+  // Twice, since a fit with too small a noise underestimates the scatter.
+  constexpr int kMostRepeats = 2;
+  std::optional<double> beyond;
+  std::vector<Cause> causes = causes_at(cell, touches, other_robots, beyond);
+  Cell noisier = cell;
+  std::vector<Touch> same = touches;
+  for (int k = 0; k < kMostRepeats && causes.empty() && beyond; ++k) {
+    // With the noise that the best explanation leaves.
+    noisier.touch_sigma_m *= *beyond;
+    if (noisier.touch_sigma_m > kMostScatterM) break;
+    noisier.turn_sigma_rad *= *beyond;
+    for (Touch& touch : same) {
+      touch.sigma_m *= *beyond;
+      touch.turn_sigma_rad *= *beyond;
+    }
+    causes = causes_at(noisier, same, other_robots, beyond);
+  }
+  return causes;
+}
 
 bool Trial::makes_sense() const { return misfit() < kSense && worst < kFarStated; }
 

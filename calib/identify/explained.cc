@@ -20,6 +20,209 @@ std::optional<Eigen::Index> row_of(const Calibration& c, const ParameterKey& key
   return found - c.parameters.begin();
 }
 
+/// Prior probability of no change: an update has a reason.
+constexpr double kNothingBefore = 0.5;
+/// Prior share of erroneous touches, although confirmed.
+constexpr double kWrongTouch = 0.01;
+/// Prior odds of a second change, given one.
+constexpr double kSecondBefore = 0.1;
+
+bool same(const PossibleChange& a, const PossibleChange& b) {
+  return a.kind == b.kind && a.name == b.name && a.index == b.index;
+}
+
+/// Log prior probability of this change with this size.
+double log_before(const Weighed& one) {
+  return std::log(one.change.weight / static_cast<double>(one.change.usual.size()));
+}
+
+Explanation explanation_of(const Weighed& one) {
+  Explanation e;
+  e.kind = one.change.kind;
+  e.name = one.change.name;
+  e.touch = e.kind == ChangeKind::kTouch ? one.change.index : 0;
+  put_size(one.how.size, one.how.size_covariance, e);
+  return e;
+}
+
+/// Probability of a larger chi^2, by the cube root's normal approximation (Wilson and Hilferty
+/// 1931).
+double chance_of(double chi2, double dof) {
+  if (!(dof > 0.0)) return 1.0;
+  const double h = 2.0 / (9.0 * dof);
+  const double z = (std::cbrt(chi2 / dof) - (1.0 - h)) / std::sqrt(h);
+  return normal_above(z);
+}
+
+/// Second change in addition to that of an explanation.
+struct Beside {
+  Cholesky information;  ///< on its size
+  Eigen::VectorXd size;
+  double log_ratio = 0.0;  ///< log likelihood ratio with and without it
+};
+
+/// Linearised at the result of the first change, whose whitened residuals are `off`.
+Beside beside(const Weighed& first, const Eigen::VectorXd& off, const Weighed& other) {
+  Eigen::MatrixXd by = first.how.rows * other.moves;
+  if (other.change.kind == ChangeKind::kTouch)
+    by(static_cast<Eigen::Index>(other.change.index), 0) = -1.0;
+  by = first.how.foreseen.whitened(by);
+  const double variance = other.usual * other.usual;
+  Eigen::MatrixXd information = by.transpose() * by;
+  information.diagonal().array() += 1.0 / variance;
+  const Eigen::VectorXd pull = by.transpose() * off;
+  Beside result{Cholesky(information), {}, 0.0};
+  result.size = result.information.solve(pull);
+  result.log_ratio = 0.5 * (pull.dot(result.size) - result.information.log_det() -
+                            static_cast<double>(other.change.size) * std::log(variance));  // (82)
+  return result;
+}
+
+bool may_be_beside(const Weighed& other, const Weighed& first) {
+  return other.change.size > 0 && !same(other.change, first.change);
+}
+
+/// Prior sigma of a tip that the cell file states as known, the largest change searched for.
+constexpr double kOpenTipM = 15e-3;
+/// Lengths of an arm below this count as zero.
+constexpr double kNoLengthM = 1e-4;
+
+void open_tip(Calibration& c) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const ParameterKey key = tool_parameter(ParameterKind::kTcp, 0, axis);
+    if (row_of(c, key)) continue;
+    c.cell.tool.tcp_sigma_m[axis] = kOpenTipM;
+    c.parameters.push_back({key, "mm", kMmPerM});
+  }
+  const auto had = c.covariance.rows(), has = static_cast<Eigen::Index>(c.parameters.size());
+  c.covariance.conservativeResizeLike(Eigen::MatrixXd::Zero(has, has));
+  if (c.frame_basis.rows() == had)
+    c.frame_basis.conservativeResizeLike(Eigen::MatrixXd::Zero(has, c.frame_basis.cols()));
+}
+
+/// Drift per month without intervention, 1 sigma; it grows with the root of the time. Of each joint's zero
+/// (belts, bearings), each component of the tool's tip (wear, its seat) and of a sphere's centre (posts,
+/// glue), of the place and direction of a positioner's axis (its foot, bearings).
+double per_root_month(const ParameterKey& key) {
+  constexpr double kTurnsRad = 5e-6, kMovesM = 10e-6;
+  const AxisError error{key.kind == ParameterKind::kPositioner ? key.axis : 0};
+  switch (key.kind) {
+    case ParameterKind::kTheta: return kTurnsRad;
+    case ParameterKind::kTcp: return key.tool == 0 ? kMovesM : 0.0;
+    case ParameterKind::kCentre: return kMovesM;
+    case ParameterKind::kPositioner:
+      if (error == AxisError::kX || error == AxisError::kY) return kMovesM;
+      return error == AxisError::kTurnX || error == AxisError::kTurnY ? kTurnsRad : 0.0;
+    default: return 0.0;
+  }
+}
+
+/// Sets one entry of a column; false if the parameter does not exist.
+bool set(Eigen::MatrixXd& columns, Eigen::Index column, const Calibration& c,
+         const ParameterKey& key, double value) {
+  const auto row = row_of(c, key);
+  if (row) columns(*row, column) = value;
+  return row.has_value();
+}
+
+/// Small motions of what a positioner carries, as changes of the parameters: an axis has no error along
+/// itself nor about itself, so that these move what it carries. A column of the parameters each.
+class CarriedMotion {
+ public:
+  CarriedMotion(const Calibration& c, Eigen::MatrixXd& columns, Eigen::Index column)
+      : c_(c), columns_(columns), column_(column) {}
+
+  /// Shift of the origin and turn of the frame that the first `carriers` axes carry, in that frame. False if the
+  /// calibration lacks a parameter for it.
+  bool carried(std::size_t carriers, const Eigen::Vector3d& shift, const Eigen::Vector3d& about) {
+    for (const TargetResult& target : c_.targets) {
+      const std::size_t t = c_.cell.target_index(target.id);
+      if (c_.cell.targets[t].carried_by != static_cast<int>(carriers)) continue;
+      const Eigen::Vector3d by = shift + about.cross(target.centre_m);
+      for (int axis = 0; axis < 3; ++axis)
+        if (!put(target_parameter(ParameterKind::kCentre, t, axis), by[axis])) return false;
+    }
+    return carriers == c_.cell.robot.positioner.size() || stands(carriers, shift, about);
+  }
+  /// Likewise of the frame that carries an axis, the base frame for the first.
+  bool stands(std::size_t axis, const Eigen::Vector3d& shift, const Eigen::Vector3d& about) {
+    const Eigen::Isometry3d& frame = c_.cell.robot.positioner[axis].frame;
+    const Eigen::Matrix3d into = frame.linear().transpose();
+    const Eigen::Vector3d by = into * (shift + about.cross(frame.translation())),
+                          turn = into * about;
+    const auto error = [&](AxisError one) { return positioner_parameter(axis, one); };
+    return put(error(AxisError::kX), by.x()) && put(error(AxisError::kY), by.y()) &&
+           put(error(AxisError::kTurnX), turn.x()) && put(error(AxisError::kTurnY), turn.y()) &&
+           carried(axis + 1, by.z() * Eigen::Vector3d::UnitZ(),
+                   turn.z() * Eigen::Vector3d::UnitZ());
+  }
+
+ private:
+  bool put(const ParameterKey& key, double value) {
+    constexpr double kNothing = 1e-9;
+    return set(columns_, column_, c_, key, value) || std::abs(value) < kNothing;
+  }
+
+  const Calibration& c_;
+  Eigen::MatrixXd& columns_;
+  Eigen::Index column_;
+};
+
+/// By each component of a motion of the positioner's foot: shift of its first axis, and turn, base frame.
+bool fill_foot(const Calibration& c, Eigen::MatrixXd& columns) {
+  const Eigen::Vector3d at = c.cell.robot.positioner.front().frame.translation();
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d along = Eigen::Vector3d::Unit(axis), none = Eigen::Vector3d::Zero();
+    if (!CarriedMotion(c, columns, axis).stands(0, along, none) ||
+        !CarriedMotion(c, columns, axis + 3).stands(0, at.cross(along), along))
+      return false;
+  }
+  return true;
+}
+
+/// By the zero of a joint, or of a positioner's axis.
+bool fill_zero(const Calibration& c, std::size_t index, Eigen::MatrixXd& columns) {
+  const std::vector<Joint>& joints = c.cell.robot.joints;
+  if (index < joints.size())
+    return set(columns, 0, c, joint_parameter(ParameterKind::kTheta, index), joints[index].sign);
+  const std::size_t axis = index - joints.size();
+  return CarriedMotion(c, columns, 0)
+      .carried(axis + 1, Eigen::Vector3d::Zero(),
+               c.cell.robot.positioner[axis].sign * Eigen::Vector3d::UnitZ());
+}
+
+bool fill(const PossibleChange& change, const Calibration& c, Eigen::MatrixXd& columns) {
+  switch (change.kind) {
+    case ChangeKind::kNothing:
+    case ChangeKind::kTouch: return true;
+    case ChangeKind::kTool:
+      for (int axis = 0; axis < 3; ++axis)
+        if (!set(columns, axis, c, tool_parameter(ParameterKind::kTcp, 0, axis), 1.0)) return false;
+      return true;
+    case ChangeKind::kSphere:
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::size_t target = c.cell.target_index(change.name);
+        if (!set(columns, axis, c, target_parameter(ParameterKind::kCentre, target, axis), 1.0))
+          return false;
+      }
+      return true;
+    case ChangeKind::kJoint: return fill_zero(c, change.index, columns);
+    case ChangeKind::kPositioner: return fill_foot(c, columns);
+    case ChangeKind::kGrowth:
+      for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
+        const Joint& joint = c.cell.robot.joints[i];
+        const auto grows = [&](ParameterKind kind, double length_m) {
+          return set(columns, 0, c, joint_parameter(kind, i), length_m) ||
+                 std::abs(length_m) < kNoLengthM;
+        };
+        if (!grows(ParameterKind::kD, joint.d_m) || !grows(ParameterKind::kA, joint.a_m))
+          return false;
+      }
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 TouchEquations::TouchEquations(const Calibration& prior, const std::vector<Touch>& touches)
@@ -115,44 +318,6 @@ Explained explained(const TouchEquations& touches, const PossibleChange& change,
   return e;
 }
 
-namespace {
-
-/// Prior probability of no change: an update has a reason.
-constexpr double kNothingBefore = 0.5;
-/// Prior share of erroneous touches, although confirmed.
-constexpr double kWrongTouch = 0.01;
-/// Prior odds of a second change, given one.
-constexpr double kSecondBefore = 0.1;
-
-bool same(const PossibleChange& a, const PossibleChange& b) {
-  return a.kind == b.kind && a.name == b.name && a.index == b.index;
-}
-
-/// Log prior probability of this change with this size.
-double log_before(const Weighed& one) {
-  return std::log(one.change.weight / static_cast<double>(one.change.usual.size()));
-}
-
-Explanation explanation_of(const Weighed& one) {
-  Explanation e;
-  e.kind = one.change.kind;
-  e.name = one.change.name;
-  e.touch = e.kind == ChangeKind::kTouch ? one.change.index : 0;
-  put_size(one.how.size, one.how.size_covariance, e);
-  return e;
-}
-
-/// Probability of a larger chi^2, by the cube root's normal approximation (Wilson and Hilferty
-/// 1931).
-double chance_of(double chi2, double dof) {
-  if (!(dof > 0.0)) return 1.0;
-  const double h = 2.0 / (9.0 * dof);
-  const double z = (std::cbrt(chi2 / dof) - (1.0 - h)) / std::sqrt(h);
-  return normal_above(z);
-}
-
-}  // namespace
-
 std::vector<Weighed> weighed(const Calibration& prior, const TouchEquations& touches) {
   std::vector<PossibleChange> changes = possible_changes(prior, touches.contacts());
   for (PossibleChange& change : changes) change.weight *= 1.0 - kNothingBefore;
@@ -206,38 +371,6 @@ const Weighed& likeliest(const std::vector<Weighed>& all) {
   }
   return *best;
 }
-
-namespace {
-
-/// Second change in addition to that of an explanation.
-struct Beside {
-  Cholesky information;  ///< on its size
-  Eigen::VectorXd size;
-  double log_ratio = 0.0;  ///< log likelihood ratio with and without it
-};
-
-/// Linearised at the result of the first change, whose whitened residuals are `off`.
-Beside beside(const Weighed& first, const Eigen::VectorXd& off, const Weighed& other) {
-  Eigen::MatrixXd by = first.how.rows * other.moves;
-  if (other.change.kind == ChangeKind::kTouch)
-    by(static_cast<Eigen::Index>(other.change.index), 0) = -1.0;
-  by = first.how.foreseen.whitened(by);
-  const double variance = other.usual * other.usual;
-  Eigen::MatrixXd information = by.transpose() * by;
-  information.diagonal().array() += 1.0 / variance;
-  const Eigen::VectorXd pull = by.transpose() * off;
-  Beside result{Cholesky(information), {}, 0.0};
-  result.size = result.information.solve(pull);
-  result.log_ratio = 0.5 * (pull.dot(result.size) - result.information.log_det() -
-                            static_cast<double>(other.change.size) * std::log(variance));  // (82)
-  return result;
-}
-
-bool may_be_beside(const Weighed& other, const Weighed& first) {
-  return other.change.size > 0 && !same(other.change, first.change);
-}
-
-}  // namespace
 
 Sufficient sufficient(const Weighed& one, const std::vector<Weighed>& all,
                       std::size_t touches_set_aside) {
@@ -328,158 +461,6 @@ std::optional<std::size_t> doubtful_touch(const std::vector<Weighed>& all,
   }
   return doubtful;
 }
-
-namespace {
-
-/// Prior sigma of a tip that the cell file states as known, the largest change searched for.
-constexpr double kOpenTipM = 15e-3;
-/// Lengths of an arm below this count as zero.
-constexpr double kNoLengthM = 1e-4;
-
-void open_tip(Calibration& c) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const ParameterKey key = tool_parameter(ParameterKind::kTcp, 0, axis);
-    if (row_of(c, key)) continue;
-    c.cell.tool.tcp_sigma_m[axis] = kOpenTipM;
-    c.parameters.push_back({key, "mm", kMmPerM});
-  }
-  const auto had = c.covariance.rows(), has = static_cast<Eigen::Index>(c.parameters.size());
-  c.covariance.conservativeResizeLike(Eigen::MatrixXd::Zero(has, has));
-  if (c.frame_basis.rows() == had)
-    c.frame_basis.conservativeResizeLike(Eigen::MatrixXd::Zero(has, c.frame_basis.cols()));
-}
-
-/// Drift per month without intervention, 1 sigma; it grows with the root of the time. Of each joint's zero
-/// (belts, bearings), each component of the tool's tip (wear, its seat) and of a sphere's centre (posts,
-/// glue), of the place and direction of a positioner's axis (its foot, bearings).
-double per_root_month(const ParameterKey& key) {
-  constexpr double kTurnsRad = 5e-6, kMovesM = 10e-6;
-  const AxisError error{key.kind == ParameterKind::kPositioner ? key.axis : 0};
-  switch (key.kind) {
-    case ParameterKind::kTheta:
-      return kTurnsRad;
-    case ParameterKind::kTcp:
-      return key.tool == 0 ? kMovesM : 0.0;
-    case ParameterKind::kCentre:
-      return kMovesM;
-    case ParameterKind::kPositioner:
-      if (error == AxisError::kX || error == AxisError::kY) return kMovesM;
-      return error == AxisError::kTurnX || error == AxisError::kTurnY ? kTurnsRad : 0.0;
-    default:
-      return 0.0;
-  }
-}
-
-/// Sets one entry of a column; false if the parameter does not exist.
-bool set(Eigen::MatrixXd& columns, Eigen::Index column, const Calibration& c,
-         const ParameterKey& key, double value) {
-  const auto row = row_of(c, key);
-  if (row) columns(*row, column) = value;
-  return row.has_value();
-}
-
-/// Small motions of what a positioner carries, as changes of the parameters: an axis has no error along
-/// itself nor about itself, so that these move what it carries. A column of the parameters each.
-class CarriedMotion {
- public:
-  CarriedMotion(const Calibration& c, Eigen::MatrixXd& columns, Eigen::Index column)
-      : c_(c), columns_(columns), column_(column) {}
-
-  /// Shift of the origin and turn of the frame that the first `carriers` axes carry, in that frame. False if the
-  /// calibration lacks a parameter for it.
-  bool carried(std::size_t carriers, const Eigen::Vector3d& shift, const Eigen::Vector3d& about) {
-    for (const TargetResult& target : c_.targets) {
-      const std::size_t t = c_.cell.target_index(target.id);
-      if (c_.cell.targets[t].carried_by != static_cast<int>(carriers)) continue;
-      const Eigen::Vector3d by = shift + about.cross(target.centre_m);
-      for (int axis = 0; axis < 3; ++axis)
-        if (!put(target_parameter(ParameterKind::kCentre, t, axis), by[axis])) return false;
-    }
-    return carriers == c_.cell.robot.positioner.size() || stands(carriers, shift, about);
-  }
-  /// Likewise of the frame that carries an axis, the base frame for the first.
-  bool stands(std::size_t axis, const Eigen::Vector3d& shift, const Eigen::Vector3d& about) {
-    const Eigen::Isometry3d& frame = c_.cell.robot.positioner[axis].frame;
-    const Eigen::Matrix3d into = frame.linear().transpose();
-    const Eigen::Vector3d by = into * (shift + about.cross(frame.translation())),
-                          turn = into * about;
-    const auto error = [&](AxisError one) { return positioner_parameter(axis, one); };
-    return put(error(AxisError::kX), by.x()) && put(error(AxisError::kY), by.y()) &&
-           put(error(AxisError::kTurnX), turn.x()) && put(error(AxisError::kTurnY), turn.y()) &&
-           carried(axis + 1, by.z() * Eigen::Vector3d::UnitZ(),
-                   turn.z() * Eigen::Vector3d::UnitZ());
-  }
-
- private:
-  bool put(const ParameterKey& key, double value) {
-    constexpr double kNothing = 1e-9;
-    return set(columns_, column_, c_, key, value) || std::abs(value) < kNothing;
-  }
-
-  const Calibration& c_;
-  Eigen::MatrixXd& columns_;
-  Eigen::Index column_;
-};
-
-/// By each component of a motion of the positioner's foot: shift of its first axis, and turn, base frame.
-bool fill_foot(const Calibration& c, Eigen::MatrixXd& columns) {
-  const Eigen::Vector3d at = c.cell.robot.positioner.front().frame.translation();
-  for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d along = Eigen::Vector3d::Unit(axis), none = Eigen::Vector3d::Zero();
-    if (!CarriedMotion(c, columns, axis).stands(0, along, none) ||
-        !CarriedMotion(c, columns, axis + 3).stands(0, at.cross(along), along))
-      return false;
-  }
-  return true;
-}
-
-/// By the zero of a joint, or of a positioner's axis.
-bool fill_zero(const Calibration& c, std::size_t index, Eigen::MatrixXd& columns) {
-  const std::vector<Joint>& joints = c.cell.robot.joints;
-  if (index < joints.size())
-    return set(columns, 0, c, joint_parameter(ParameterKind::kTheta, index), joints[index].sign);
-  const std::size_t axis = index - joints.size();
-  return CarriedMotion(c, columns, 0)
-      .carried(axis + 1, Eigen::Vector3d::Zero(),
-               c.cell.robot.positioner[axis].sign * Eigen::Vector3d::UnitZ());
-}
-
-bool fill(const PossibleChange& change, const Calibration& c, Eigen::MatrixXd& columns) {
-  switch (change.kind) {
-    case ChangeKind::kNothing:
-    case ChangeKind::kTouch:
-      return true;
-    case ChangeKind::kTool:
-      for (int axis = 0; axis < 3; ++axis)
-        if (!set(columns, axis, c, tool_parameter(ParameterKind::kTcp, 0, axis), 1.0)) return false;
-      return true;
-    case ChangeKind::kSphere:
-      for (int axis = 0; axis < 3; ++axis) {
-        const std::size_t target = c.cell.target_index(change.name);
-        if (!set(columns, axis, c, target_parameter(ParameterKind::kCentre, target, axis), 1.0))
-          return false;
-      }
-      return true;
-    case ChangeKind::kJoint:
-      return fill_zero(c, change.index, columns);
-    case ChangeKind::kPositioner:
-      return fill_foot(c, columns);
-    case ChangeKind::kGrowth:
-      for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
-        const Joint& joint = c.cell.robot.joints[i];
-        const auto grows = [&](ParameterKind kind, double length_m) {
-          return set(columns, 0, c, joint_parameter(kind, i), length_m) ||
-                 std::abs(length_m) < kNoLengthM;
-        };
-        if (!grows(ParameterKind::kD, joint.d_m) || !grows(ParameterKind::kA, joint.a_m))
-          return false;
-      }
-      return true;
-  }
-  return false;
-}
-
-}  // namespace
 
 Calibration with_drift(const Calibration& last, double months) {
   if (last.covariance.size() == 0)

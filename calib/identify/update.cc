@@ -117,37 +117,28 @@ std::vector<JointVector> stated_near_targets(const Calibration& c,
 
 Subject about(const Explanation& one, const Cell& cell) {
   switch (one.kind) {
-    case ChangeKind::kTool:
-      return about_tool(one.name);
-    case ChangeKind::kSphere:
-      return about_target(cell.targets[cell.target_index(one.name)]);
-    case ChangeKind::kJoint:
-      return about_joint(one.name);
-    case ChangeKind::kPositioner:
-      return about_positioner(one.name);
-    default:
-      return {};
+    case ChangeKind::kTool: return about_tool(one.name);
+    case ChangeKind::kSphere: return about_target(cell.targets[cell.target_index(one.name)]);
+    case ChangeKind::kJoint: return about_joint(one.name);
+    case ChangeKind::kPositioner: return about_positioner(one.name);
+    default: return {};
   }
 }
 
 std::vector<Quantity> evidence_of(const Explanation& one) {
   switch (one.kind) {
     case ChangeKind::kTool:
-    case ChangeKind::kSphere:
-      return shift_in_mm(one.shift_m, one.sigma);
+    case ChangeKind::kSphere: return shift_in_mm(one.shift_m, one.sigma);
     case ChangeKind::kPositioner: {
       std::vector<Quantity> evidence = shift_in_mm(one.shift_m, one.sigma);
       evidence.push_back(in_deg("turn", one.amount, one.turn_sigma));
       return evidence;
     }
-    case ChangeKind::kJoint:
-      return {in_deg("turn", one.amount, one.sigma)};
+    case ChangeKind::kJoint: return {in_deg("turn", one.amount, one.sigma)};
     case ChangeKind::kGrowth:
       return {{"growth", one.amount * kPerMillion, "ppm", one.sigma * kPerMillion}};
-    case ChangeKind::kTouch:
-      return {in_mm("off", one.amount, one.sigma)};
-    case ChangeKind::kNothing:
-      break;
+    case ChangeKind::kTouch: return {in_mm("off", one.amount, one.sigma)};
+    case ChangeKind::kNothing: break;
   }
   return {};
 }
@@ -176,7 +167,8 @@ void judge_update(Calibration& c) {
     finding.evidence.push_back(
         {"probability", 100.0 * origin.explanations.front().probability, "%"});
   }
-  finding.evidence.push_back({"touches", static_cast<double>(origin.touches - origin.set_aside.size()), ""});
+  finding.evidence.push_back(
+      {"touches", static_cast<double>(origin.touches - origin.set_aside.size()), ""});
   finding.evidence.push_back(in_mm("reached", origin.reached_m));
   finding.evidence.push_back(in_mm("before", origin.before_m));
   if (origin.on_positioner) finding.evidence.push_back({"on_positioner", 1.0, ""});

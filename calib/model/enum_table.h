@@ -64,8 +64,7 @@ class EnumTable {
   static constexpr std::size_t kSize = enumerators<E>();
 
   template <std::size_t kRows>
-    requires(kRows == kSize)
-  consteval explicit(false) EnumTable(const Row (&rows)[kRows]) {
+  requires(kRows == kSize) consteval explicit(false) EnumTable(const Row (&rows)[kRows]) {
     for (std::size_t i = 0; i < kSize; ++i) {
       if (rows[i].key != E(i)) throw "rows in the order of the enumerators";
       values_[i] = rows[i].value;

@@ -25,45 +25,6 @@ bool within_limits(double value, const Joint& joint, double margin) {
   return value >= joint.min_rad + margin && value <= joint.max_rad - margin;
 }
 
-}  // namespace
-
-std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d& tcp,
-                                   const JointVector& seed, double margin_rad) {
-  const auto& joints = arm.robot().joints;
-  JointVector q = seed;
-  for (int k = 0; k < kIterations; ++k) {
-    const Eigen::Isometry3d now = arm.nominal_tcp(q);
-    Eigen::Matrix<double, 6, 1> error;
-    error.head<3>() = tcp.translation() - now.translation();
-    const Eigen::AngleAxisd turn(tcp.linear() * now.linear().transpose());
-    error.tail<3>() = turn.angle() * turn.axis();
-    if (error.head<3>().norm() < kReached && error.tail<3>().norm() < kReached) {
-      for (std::size_t i = 0; i < q.size(); ++i)
-        if (!within_limits(q[i], joints[i], margin_rad)) return std::nullopt;
-      return q;
-    }
-    Eigen::Matrix<double, 6, Eigen::Dynamic> j = arm.nominal_jacobian(q);
-    j.leftCols(static_cast<Eigen::Index>(arm.robot().first_turning())).setZero();
-    j.bottomRows<3>() *= kLeverM;
-    error.tail<3>() *= kLeverM;
-    Eigen::Matrix<double, 6, 6> jjt = j * j.transpose();
-    // Far from the solution a step along a singular direction must stay small; near it Newton's
-    // method must be exact.
-    const double damping = kDamping * std::min(1.0, error.squaredNorm()) + 1e-15;
-    jjt.diagonal().array() += damping;
-    Eigen::VectorXd step = j.transpose() * jjt.ldlt().solve(error);  // (8)
-    const double largest = step.cwiseAbs().maxCoeff();
-    if (!std::isfinite(largest)) return std::nullopt;
-    if (largest > kLargestStepRad) step *= kLargestStepRad / largest;
-    for (std::size_t i = 0; i < q.size(); ++i)
-      q[i] = std::clamp(q[i] + step[static_cast<Eigen::Index>(i)], joints[i].min_rad,
-                        joints[i].max_rad);
-  }
-  return std::nullopt;
-}
-
-namespace {
-
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
@@ -130,6 +91,41 @@ void keep(std::vector<JointVector>& all, JointVector q) {
 }
 
 }  // namespace
+
+std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d& tcp,
+                                   const JointVector& seed, double margin_rad) {
+  const auto& joints = arm.robot().joints;
+  JointVector q = seed;
+  for (int k = 0; k < kIterations; ++k) {
+    const Eigen::Isometry3d now = arm.nominal_tcp(q);
+    Eigen::Matrix<double, 6, 1> error;
+    error.head<3>() = tcp.translation() - now.translation();
+    const Eigen::AngleAxisd turn(tcp.linear() * now.linear().transpose());
+    error.tail<3>() = turn.angle() * turn.axis();
+    if (error.head<3>().norm() < kReached && error.tail<3>().norm() < kReached) {
+      for (std::size_t i = 0; i < q.size(); ++i)
+        if (!within_limits(q[i], joints[i], margin_rad)) return std::nullopt;
+      return q;
+    }
+    Eigen::Matrix<double, 6, Eigen::Dynamic> j = arm.nominal_jacobian(q);
+    j.leftCols(static_cast<Eigen::Index>(arm.robot().first_turning())).setZero();
+    j.bottomRows<3>() *= kLeverM;
+    error.tail<3>() *= kLeverM;
+    Eigen::Matrix<double, 6, 6> jjt = j * j.transpose();
+    // Far from the solution a step along a singular direction must stay small; near it Newton's
+    // method must be exact.
+    const double damping = kDamping * std::min(1.0, error.squaredNorm()) + 1e-15;
+    jjt.diagonal().array() += damping;
+    Eigen::VectorXd step = j.transpose() * jjt.ldlt().solve(error);  // (8)
+    const double largest = step.cwiseAbs().maxCoeff();
+    if (!std::isfinite(largest)) return std::nullopt;
+    if (largest > kLargestStepRad) step *= kLargestStepRad / largest;
+    for (std::size_t i = 0; i < q.size(); ++i)
+      q[i] = std::clamp(q[i] + step[static_cast<Eigen::Index>(i)], joints[i].min_rad,
+                        joints[i].max_rad);
+  }
+  return std::nullopt;
+}
 
 Configurations::Configurations(const ArmModel& arm, double margin_rad)
     : arm_(arm),

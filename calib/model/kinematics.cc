@@ -34,6 +34,42 @@ double guide_wave(const Joint& joint, int order, double position_m) {
   return std::cos(order * std::numbers::pi * (position_m - joint.min_rad) / stroke_m);
 }
 
+/// Tool deflection by c_t; `stiff`: m l^3/3 of the tool.
+void set_deflection(double c, const Tool& tool, double stiff, ArmErrors::OfTool& its) {
+  its.bend_m_per_accel = c * stiff;
+  its.turn_rad_per_accel = c * tool.mass_kg * tool.length_m * tool.length_m / 2.0;
+}
+
+/// (1a): the carriage from the frame `rotation`, `origin` on, by its six motions.
+void carry(const Matrix3d& guide_axes, const std::array<double, kGuideMotions>& motion,
+           Matrix3d& rotation, Vector3d& origin, ArmChain::Link& link) {
+  Matrix3d axes = rotation * guide_axes;
+  link.x = axes.col(0);
+  link.y = axes.col(1);
+  link.z = axes.col(2);
+  link.z_origin = origin;
+  origin += motion[0] * link.x + motion[1] * link.y + motion[2] * link.z;
+  const Direction roll = direction(motion[3]), pitch = direction(motion[4]),
+                  yaw = direction(motion[5]);
+  link.turns.col(0) = axes.col(0);
+  turn_x(axes, roll.c, roll.s);
+  link.turns.col(1) = axes.col(1);
+  turn_y(axes, pitch.c, pitch.s);
+  link.turns.col(2) = axes.col(2);
+  turn_z(axes, yaw.c, yaw.s);
+  rotation = axes * guide_axes.transpose();
+  link.end = origin;
+  link.rotation = rotation;
+}
+
+void set_twist(double alpha, double beta, ArmErrors::OfJoint& its) {
+  its.cos_alpha = std::cos(alpha);
+  its.sin_alpha = std::sin(alpha);
+  its.has_beta = beta != 0.0;
+  its.cos_beta = std::cos(beta);
+  its.sin_beta = std::sin(beta);
+}
+
 }  // namespace
 
 bool ArmModel::has_tool(std::string_view id) const {
@@ -108,9 +144,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool, cons
   for (int p = first_by_pose_; p < last_by_pose_; ++p) {
     const ArmParameter& parameter = parameters_[p];
     switch (parameter.kind) {
-      case ParameterKind::kCompliance:
-        pose.factor[p] = torque_nm(parameter.joint);
-        break;
+      case ParameterKind::kCompliance: pose.factor[p] = torque_nm(parameter.joint); break;
       case ParameterKind::kPlay:
         pose.factor[p] =
             std::tanh(torque_nm(parameter.joint) / robot_.joints[parameter.joint].play_closes_nm);
@@ -147,9 +181,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool, cons
         pose.factor[p] = wave.c;
         break;
       }
-      default:
-        pose.factor[p] = wave.s;
-        break;
+      default: pose.factor[p] = wave.s; break;
     }
   }
   for (int p = last_by_pose_; p < last_bearing_; ++p) {
@@ -253,46 +285,6 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> ArmModel::nominal_jacobian(
   return jacobian;
 }
 
-namespace {
-
-/// Tool deflection by c_t; `stiff`: m l^3/3 of the tool.
-void set_deflection(double c, const Tool& tool, double stiff, ArmErrors::OfTool& its) {
-  its.bend_m_per_accel = c * stiff;
-  its.turn_rad_per_accel = c * tool.mass_kg * tool.length_m * tool.length_m / 2.0;
-}
-
-/// (1a): the carriage from the frame `rotation`, `origin` on, by its six motions.
-void carry(const Matrix3d& guide_axes, const std::array<double, kGuideMotions>& motion,
-           Matrix3d& rotation, Vector3d& origin, ArmChain::Link& link) {
-  Matrix3d axes = rotation * guide_axes;
-  link.x = axes.col(0);
-  link.y = axes.col(1);
-  link.z = axes.col(2);
-  link.z_origin = origin;
-  origin += motion[0] * link.x + motion[1] * link.y + motion[2] * link.z;
-  const Direction roll = direction(motion[3]), pitch = direction(motion[4]),
-                  yaw = direction(motion[5]);
-  link.turns.col(0) = axes.col(0);
-  turn_x(axes, roll.c, roll.s);
-  link.turns.col(1) = axes.col(1);
-  turn_y(axes, pitch.c, pitch.s);
-  link.turns.col(2) = axes.col(2);
-  turn_z(axes, yaw.c, yaw.s);
-  rotation = axes * guide_axes.transpose();
-  link.end = origin;
-  link.rotation = rotation;
-}
-
-void set_twist(double alpha, double beta, ArmErrors::OfJoint& its) {
-  its.cos_alpha = std::cos(alpha);
-  its.sin_alpha = std::sin(alpha);
-  its.has_beta = beta != 0.0;
-  its.cos_beta = std::cos(beta);
-  its.sin_beta = std::sin(beta);
-}
-
-}  // namespace
-
 ArmErrors ArmModel::errors(const double* x) const {
   ArmErrors e;
   e.x = x;
@@ -310,27 +302,15 @@ ArmErrors ArmModel::errors(const double* x) const {
   for (int p = 0; x != nullptr && p < size(); ++p) {
     const ArmParameter& parameter = parameters_[p];
     switch (parameter.kind) {
-      case ParameterKind::kTheta:
-        e.joint[parameter.joint].theta_rad += x[p];
-        break;
-      case ParameterKind::kD:
-        e.joint[parameter.joint].d_m += x[p];
-        break;
-      case ParameterKind::kA:
-        e.joint[parameter.joint].a_m += x[p];
-        break;
-      case ParameterKind::kAlpha:
-        alpha[parameter.joint] += x[p];
-        break;
-      case ParameterKind::kBeta:
-        beta[parameter.joint] += x[p];
-        break;
+      case ParameterKind::kTheta: e.joint[parameter.joint].theta_rad += x[p]; break;
+      case ParameterKind::kD: e.joint[parameter.joint].d_m += x[p]; break;
+      case ParameterKind::kA: e.joint[parameter.joint].a_m += x[p]; break;
+      case ParameterKind::kAlpha: alpha[parameter.joint] += x[p]; break;
+      case ParameterKind::kBeta: beta[parameter.joint] += x[p]; break;
       case ParameterKind::kDeflection:
         set_deflection(x[p], tool(parameter.tool), stiff_[parameter.tool], e.tool[parameter.tool]);
         break;
-      case ParameterKind::kTcp:
-        e.tool[parameter.tool].tcp_m[parameter.axis] += x[p];
-        break;
+      case ParameterKind::kTcp: e.tool[parameter.tool].tcp_m[parameter.axis] += x[p]; break;
       case ParameterKind::kGuide:
       case ParameterKind::kCompliance:
       case ParameterKind::kLoad:
@@ -340,10 +320,8 @@ ArmErrors ArmModel::errors(const double* x) const {
       case ParameterKind::kFunctionSine:
       case ParameterKind::kBearing:
       case ParameterKind::kStiffening:
-      case ParameterKind::kPlay:
-        break;  // depends on the pose
-      default:
-        break;  // not of the arm
+      case ParameterKind::kPlay: break;  // depends on the pose
+      default: break;                    // not of the arm
     }
   }
   for (int i = 0; i < joint_count(); ++i) set_twist(alpha[i], beta[i], e.joint[i]);
@@ -444,18 +422,10 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
     const ArmChain::Link& link = chain.link[parameter.joint];
     double& out = derivative[p * stride];
     switch (parameter.kind) {
-      case ParameterKind::kTheta:
-        out = by_theta[parameter.joint];
-        break;
-      case ParameterKind::kD:
-        out = link.z.dot(n);
-        break;
-      case ParameterKind::kA:
-        out = link.x.dot(n);
-        break;
-      case ParameterKind::kAlpha:
-        out = turn(link.x, link.end);
-        break;
+      case ParameterKind::kTheta: out = by_theta[parameter.joint]; break;
+      case ParameterKind::kD: out = link.z.dot(n); break;
+      case ParameterKind::kA: out = link.x.dot(n); break;
+      case ParameterKind::kAlpha: out = turn(link.x, link.end); break;
       default:  // beta is a joint's last geometric error
         out = turn(link.y, link.end);
         break;
@@ -520,15 +490,9 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
   for (int p = 0; p < size(); ++p) {
     const ArmParameter& parameter = parameters_[p];
     switch (parameter.kind) {
-      case ParameterKind::kTheta:
-        jacobian.col(p) = carried(chain.link[parameter.joint].z);
-        break;
-      case ParameterKind::kAlpha:
-        jacobian.col(p) = carried(chain.link[parameter.joint].x);
-        break;
-      case ParameterKind::kBeta:
-        jacobian.col(p) = carried(chain.link[parameter.joint].y);
-        break;
+      case ParameterKind::kTheta: jacobian.col(p) = carried(chain.link[parameter.joint].z); break;
+      case ParameterKind::kAlpha: jacobian.col(p) = carried(chain.link[parameter.joint].x); break;
+      case ParameterKind::kBeta: jacobian.col(p) = carried(chain.link[parameter.joint].y); break;
       case ParameterKind::kCompliance:
       case ParameterKind::kLoad:
       case ParameterKind::kCosine:
@@ -562,8 +526,7 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
         if (parameter.carrier >= pose.carriers)
           jacobian.col(p).setZero();
         else
-          jacobian.col(p) =
-              pose.factor[p] * turn_by(chain.carrier[j], AxisError{parameter.axis});
+          jacobian.col(p) = pose.factor[p] * turn_by(chain.carrier[j], AxisError{parameter.axis});
         break;
       }
       case ParameterKind::kD:

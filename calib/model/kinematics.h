@@ -63,7 +63,7 @@ struct PreparedPose {
   /// Per parameter: d(angle)/dx of what depends on the pose; d(motion)/dx of a linear unit; 1 for other
   /// errors of the positioner's axes that carry; else 0.
   Eigen::VectorXd factor;
-  int tool = 0;  ///< index of the tool
+  int tool = 0;      ///< index of the tool
   int carriers = 0;  ///< number of the positioner's axes that carry the target's frame
   std::array<double, kMaxPositionerAxes> carrier_rad{};
 };

@@ -35,6 +35,8 @@ void invert(const Eigen::Ref<const Eigen::MatrixXd>& lower, SumOfProducts invers
   }
 }
 
+using Solver = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
+
 }  // namespace
 
 Cholesky::Cholesky(Eigen::MatrixXd symmetric) : factor_(std::move(symmetric)), positive_(true) {
@@ -92,12 +94,6 @@ Eigen::VectorXd Cholesky::coloured(const Eigen::VectorXd& b) const {
 Eigen::VectorXd pivoted_solve(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& b) {
   return symmetric.ldlt().solve(b);
 }
-
-namespace {
-
-using Solver = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
-
-}  // namespace
 
 Eigenpairs eigenpairs(const Eigen::MatrixXd& symmetric) {
   const Solver solver(symmetric);

@@ -48,33 +48,20 @@ std::string what(const Cell& cell, const ParameterKey& key) {
              (key.harmonic == 0 ? "_slope" : std::to_string(key.harmonic));
     case ParameterKind::kLoad:
       return "load_" + part(cell.robot.joints, key.link).name + "_" + axis_of(key);
-    case ParameterKind::kCosine:
-      return "cos" + std::to_string(key.harmonic);
-    case ParameterKind::kSine:
-      return "sin" + std::to_string(key.harmonic);
-    case ParameterKind::kFunctionCosine:
-      return "fcos" + std::to_string(key.harmonic);
-    case ParameterKind::kFunctionSine:
-      return "fsin" + std::to_string(key.harmonic);
-    case ParameterKind::kBearing:
-      return std::string("bearing_") + axis_of(key);
-    case ParameterKind::kDeflection:
-      return "c_t";
-    case ParameterKind::kEffectiveRadius:
-      return "rho";
+    case ParameterKind::kCosine: return "cos" + std::to_string(key.harmonic);
+    case ParameterKind::kSine: return "sin" + std::to_string(key.harmonic);
+    case ParameterKind::kFunctionCosine: return "fcos" + std::to_string(key.harmonic);
+    case ParameterKind::kFunctionSine: return "fsin" + std::to_string(key.harmonic);
+    case ParameterKind::kBearing: return std::string("bearing_") + axis_of(key);
+    case ParameterKind::kDeflection: return "c_t";
+    case ParameterKind::kEffectiveRadius: return "rho";
     case ParameterKind::kTcp:
-    case ParameterKind::kCentre:
-      return axis_of(key);
-    case ParameterKind::kPositioner:
-      return kAxisErrorNames.at(static_cast<std::size_t>(key.axis));
-    case ParameterKind::kTilt:
-      return key.axis == 0 ? "tilt1" : "tilt2";
-    case ParameterKind::kTurn:
-      return std::string("r") + axis_of(key);
-    case ParameterKind::kProbeTurn:
-      return std::string("probe_r") + axis_of(key);
-    default:
-      return own_name(key.kind);
+    case ParameterKind::kCentre: return axis_of(key);
+    case ParameterKind::kPositioner: return kAxisErrorNames.at(static_cast<std::size_t>(key.axis));
+    case ParameterKind::kTilt: return key.axis == 0 ? "tilt1" : "tilt2";
+    case ParameterKind::kTurn: return std::string("r") + axis_of(key);
+    case ParameterKind::kProbeTurn: return std::string("probe_r") + axis_of(key);
+    default: return own_name(key.kind);
   }
 }
 

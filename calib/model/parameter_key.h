@@ -56,9 +56,9 @@ struct ParameterKey {
   int harmonic = 0;  ///< kCosine to kFunctionSine: order h; kGuide: order of the wave, 0 the slope
   /// kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kBearing, kTilt: 0, 1; kGuide: GuideMotion.
   int axis = 0;
-  int link = -1;    ///< kLoad: the joint whose link it is
-  int tool = 0;     ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
-  int target = -1;  ///< target index, kCentre and following
+  int link = -1;     ///< kLoad: the joint whose link it is
+  int tool = 0;      ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
+  int target = -1;   ///< target index, kCentre and following
   int carrier = -1;  ///< kPositioner: index of its axis; `axis` is the AxisError
 
   auto operator<=>(const ParameterKey&) const = default;

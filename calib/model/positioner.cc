@@ -23,21 +23,13 @@ void ArmModel::prepare_positioner(std::span<const double> outer_rad, PreparedPos
       case AxisError::kScale:
         pose.factor[p] = robot_.positioner[j].sign * pose.carrier_rad[j];
         break;
-      case AxisError::kCompliance:
-        pose.factor[p] = moment_nm[j].z();
-        break;
-      case AxisError::kBearingX:
-        pose.factor[p] = moment_nm[j].x();
-        break;
-      case AxisError::kBearingY:
-        pose.factor[p] = moment_nm[j].y();
-        break;
+      case AxisError::kCompliance: pose.factor[p] = moment_nm[j].z(); break;
+      case AxisError::kBearingX: pose.factor[p] = moment_nm[j].x(); break;
+      case AxisError::kBearingY: pose.factor[p] = moment_nm[j].y(); break;
       case AxisError::kX:
       case AxisError::kY:
       case AxisError::kTurnX:
-      case AxisError::kTurnY:
-        pose.factor[p] = 1.0;
-        break;
+      case AxisError::kTurnY: pose.factor[p] = 1.0; break;
     }
   }
 }
@@ -68,8 +60,8 @@ Eigen::Isometry3d ArmModel::base_of(const PreparedPose& pose, const double* x,
     turn_y(rotation, about_y.c, about_y.s);
     its.z = rotation.col(2);
     its.origin = origin;
-    const double angle = axis.sign * pose.carrier_rad[j] + of(j, AxisError::kScale) +
-                         of(j, AxisError::kCompliance);
+    const double angle =
+        axis.sign * pose.carrier_rad[j] + of(j, AxisError::kScale) + of(j, AxisError::kCompliance);
     turn_z(rotation, std::cos(angle), std::sin(angle));
   }
   Eigen::Isometry3d base = Eigen::Isometry3d::Identity();
@@ -87,17 +79,13 @@ Eigen::Isometry3d ArmModel::base_of(const PreparedPose& pose, const double* x,
 Eigen::Vector3d turn_by(const ArmChain::Carrier& carrier, AxisError error) {
   switch (error) {
     case AxisError::kTurnX:
-    case AxisError::kBearingX:
-      return -carrier.tilt_x;
+    case AxisError::kBearingX: return -carrier.tilt_x;
     case AxisError::kTurnY:
-    case AxisError::kBearingY:
-      return -carrier.tilt_y;
+    case AxisError::kBearingY: return -carrier.tilt_y;
     case AxisError::kScale:
-    case AxisError::kCompliance:
-      return -carrier.z;
+    case AxisError::kCompliance: return -carrier.z;
     case AxisError::kX:
-    case AxisError::kY:
-      break;
+    case AxisError::kY: break;
   }
   return Eigen::Vector3d::Zero();
 }

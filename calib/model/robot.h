@@ -76,8 +76,8 @@ struct Joint {
   /// Prior of the joint's function f_i(q_i), rms over a turn; 0: none.
   double function_sigma_rad = 0.0;
   double function_fast_sigma_rad = 0.0;  ///< likewise, of its fast orders (kHighestOrder)
-  double function_reach_rad = 0.0;  ///< correlation length of f_i, l_i, > 0
-  std::vector<JointWave> waves;     ///< single orders of f_i, ascending, beside the sizes above
+  double function_reach_rad = 0.0;       ///< correlation length of f_i, l_i, > 0
+  std::vector<JointWave> waves;  ///< single orders of f_i, ascending, beside the sizes above
   /// Angles that f_i was learnt over; equal: not stated.
   double function_min_rad = 0.0, function_max_rad = 0.0;
   /// Prior of the deflection by a counterbalance (spring, cylinder) that acts about this joint; 0: none.

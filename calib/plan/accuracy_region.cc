@@ -85,15 +85,12 @@ std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& region, 
                                                   const std::vector<Eigen::Vector3d>& centres_m,
                                                   double limit_margin_rad, int count) {
   switch (region.kind) {
-    case AccuracyRegion::Kind::kBox:
-      return in_box(region, arm, limit_margin_rad, count);
+    case AccuracyRegion::Kind::kBox: return in_box(region, arm, limit_margin_rad, count);
     case AccuracyRegion::Kind::kTargets:
     case AccuracyRegion::Kind::kTool:
       return local_poses(arm, touches, centres_m, kNearM, count, kSeed);
-    case AccuracyRegion::Kind::kPostures:
-      return region.postures;
-    case AccuracyRegion::Kind::kWorkspace:
-      break;
+    case AccuracyRegion::Kind::kPostures: return region.postures;
+    case AccuracyRegion::Kind::kWorkspace: break;
   }
   return workspace_poses(arm, count, kSeed);
 }

@@ -98,45 +98,6 @@ std::optional<Candidate> try_touch(const Trying& with, const Spot& spot,
   return c;
 }
 
-}  // namespace
-
-std::optional<NotPlanned> why_not_planned(const Target& target) {
-  switch (target.kind) {
-    case TargetKind::kSphere:
-      break;
-    case TargetKind::kPlane:
-      if (!target.has_centre || !target.has_normal) return NotPlanned::kPlaceUnknown;
-      if (!(target.extent_m > 0.0)) return NotPlanned::kSizeUnknown;
-      break;
-    case TargetKind::kPoint:
-      return NotPlanned::kSeated;
-    case TargetKind::kWire:
-      return NotPlanned::kHooked;
-    case TargetKind::kTracker:
-      return NotPlanned::kMeasures;
-  }
-  return std::nullopt;
-}
-
-const char* words(NotPlanned why) {
-  using enum NotPlanned;
-  static constexpr EnumNames<NotPlanned> kTable{
-      {{kPlaceUnknown, "a plane without centre_mm and normal: its place is unknown"},
-       {kSizeUnknown, "a plane without extent_mm: its size is unknown"},
-       {kSeated, "the tip has to be seated in a point by hand"},
-       {kHooked, "a wire is hooked to the tool by hand"},
-       {kMeasures, "a tracker measures by itself"}}};
-  return kTable[why];
-}
-
-bool is_planned(const Target& target, Kinds kinds) {
-  return !target.obstacle_only &&
-         (target.kind == TargetKind::kSphere || kinds == Kinds::kSpheresAndPlanes) &&
-         !why_not_planned(target);
-}
-
-namespace {
-
 double contact_radius_m(const Target& target, const Tool& tool) {
   return target.diameter_m / 2.0 + tool.tip_radius_m;
 }
@@ -162,7 +123,46 @@ Eigen::AngleAxisd turn_of(double rms_rad, Random& random) {
   return {angle, angle > 0.0 ? Vector3d(turn / angle) : Vector3d::UnitX()};
 }
 
+constexpr int kTriedAlone = 40;
+
+std::optional<Hit> first_collision(const Clearance& clearance, const Candidate& c) {
+  for (const JointVector* q : {&c.standoff, &c.clear})
+    if (auto hit = clearance.hit(*q, kTipMarginM)) return hit;
+  return clearance.hit_search(c.clear, c.within, c.target, kTipMarginM);
+}
+
 }  // namespace
+
+std::optional<NotPlanned> why_not_planned(const Target& target) {
+  switch (target.kind) {
+    case TargetKind::kSphere: break;
+    case TargetKind::kPlane:
+      if (!target.has_centre || !target.has_normal) return NotPlanned::kPlaceUnknown;
+      if (!(target.extent_m > 0.0)) return NotPlanned::kSizeUnknown;
+      break;
+    case TargetKind::kPoint: return NotPlanned::kSeated;
+    case TargetKind::kWire: return NotPlanned::kHooked;
+    case TargetKind::kTracker: return NotPlanned::kMeasures;
+  }
+  return std::nullopt;
+}
+
+const char* words(NotPlanned why) {
+  using enum NotPlanned;
+  static constexpr EnumNames<NotPlanned> kTable{
+      {{kPlaceUnknown, "a plane without centre_mm and normal: its place is unknown"},
+       {kSizeUnknown, "a plane without extent_mm: its size is unknown"},
+       {kSeated, "the tip has to be seated in a point by hand"},
+       {kHooked, "a wire is hooked to the tool by hand"},
+       {kMeasures, "a tracker measures by itself"}}};
+  return kTable[why];
+}
+
+bool is_planned(const Target& target, Kinds kinds) {
+  return !target.obstacle_only &&
+         (target.kind == TargetKind::kSphere || kinds == Kinds::kSpheresAndPlanes) &&
+         !why_not_planned(target);
+}
 
 std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
                                        const Clearance& clearance, const PlanOptions& options,
@@ -264,18 +264,6 @@ std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearan
   }
   return result;
 }
-
-namespace {
-
-constexpr int kTriedAlone = 40;
-
-std::optional<Hit> first_collision(const Clearance& clearance, const Candidate& c) {
-  for (const JointVector* q : {&c.standoff, &c.clear})
-    if (auto hit = clearance.hit(*q, kTipMarginM)) return hit;
-  return clearance.hit_search(c.clear, c.within, c.target, kTipMarginM);
-}
-
-}  // namespace
 
 std::string direction_words(const Eigen::Vector3d& normal) {
   return fmt::format("({:.2f}, {:.2f}, {:.2f})", normal.x(), normal.y(), normal.z());

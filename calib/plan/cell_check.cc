@@ -295,21 +295,6 @@ bool check_unit_range(const Cell& cell, std::vector<CellFault>& faults) {
   return sound;
 }
 
-}  // namespace
-
-std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan) {
-  if (!cell.required_m || !(plan.predicted_mean_m > *cell.required_m)) return std::nullopt;
-  return CellFault{Kind::kRequired, false, {}, *cell.required_m, plan.predicted_mean_m};
-}
-
-std::optional<CellFault> fault_of(const Cell& cell, const Goal& goal) {
-  const double mean_m = goal.u95_m / kBoundOverError;
-  if (!cell.required_m || !(mean_m > *cell.required_m)) return std::nullopt;
-  return CellFault{Kind::kGoal, false, {}, *cell.required_m, goal.u95_m, mean_m};
-}
-
-namespace {
-
 /// Faults at every setting; at a single one the plan goes without.
 std::vector<CellFault> faults_at_all_settings(const Cell& cell) {
   std::vector<CellFault> common;
@@ -328,7 +313,57 @@ std::vector<CellFault> faults_at_all_settings(const Cell& cell) {
   return common;
 }
 
+double mm(double metres) { return metres * 1e3; }
+
+Phrase phrase_of(const DescriptionMistake& mistake) {
+  switch (mistake.kind) {
+    case DescriptionMistake::Kind::kSign:
+      return {"say.cell.sign", {{"sign", mistake.sign}, {"joint", mistake.joint}}};
+    case DescriptionMistake::Kind::kOffset:
+      return {"say.cell.offset", {{"deg", mistake.offset_deg}, {"joint", mistake.joint}}};
+    case DescriptionMistake::Kind::kToolAxis: break;
+  }
+  return fmt::format("xyz_mm = [{:g}, {:g}, {:g}] of [tool]", mm(mistake.tcp_m.x()),
+                     mm(mistake.tcp_m.y()), mm(mistake.tcp_m.z()));
+}
+
+Phrase mistakes_of(const CellFault& f) {
+  if (f.mistakes.empty()) return "say.cell.do.description.none";
+  Phrase all;
+  for (const DescriptionMistake& one : f.mistakes) all = joined("say.join.or", all, phrase_of(one));
+  if (f.more > 0) all = joined("say.join.or", all, {"say.cell.more", {{"n", f.more}}});
+  return {"say.cell.do.description", {{"changes", all}}};
+}
+
+/// The sentence of its kind, with all numbers that one may have.
+Phrase phrase_of(const CellFault& f, std::string id) {
+  const double off_m = f.kind == Kind::kCentre ? f.a_m : std::abs(f.a_m - f.b_m);
+  std::vector<PhraseValue> values{{"a", mm(f.a_m)},
+                                  {"b", mm(f.b_m)},
+                                  {"c", mm(f.c_m)},
+                                  {"sigma", mm(f.sigma_m)},
+                                  {"sigmas", off_m / f.sigma_m},
+                                  {"kg", f.kg},
+                                  {"limit", f.limit_kg},
+                                  {"meant", mm(f.a_m) / kMmPerM},
+                                  {"reached", mm(f.a_m * f.b_m / f.c_m)}};
+  for (std::size_t i = 0; i < f.ids.size(); ++i)
+    values.emplace_back("id" + std::to_string(i), f.ids[i]);
+  return {std::move(id), std::move(values)};
+}
+
 }  // namespace
+
+std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan) {
+  if (!cell.required_m || !(plan.predicted_mean_m > *cell.required_m)) return std::nullopt;
+  return CellFault{Kind::kRequired, false, {}, *cell.required_m, plan.predicted_mean_m};
+}
+
+std::optional<CellFault> fault_of(const Cell& cell, const Goal& goal) {
+  const double mean_m = goal.u95_m / kBoundOverError;
+  if (!cell.required_m || !(mean_m > *cell.required_m)) return std::nullopt;
+  return CellFault{Kind::kGoal, false, {}, *cell.required_m, goal.u95_m, mean_m};
+}
 
 std::vector<CellFault> faults_of(const Cell& cell) {
   std::vector<CellFault> faults;
@@ -372,50 +407,6 @@ std::vector<Phrase> refuse_faulty(const Cell& cell) {
     throw PlanError(PlanError::Kind::kCell, "the cell file cannot be right: " + refusal);
   return warnings;
 }
-
-namespace {
-
-double mm(double metres) { return metres * 1e3; }
-
-Phrase phrase_of(const DescriptionMistake& mistake) {
-  switch (mistake.kind) {
-    case DescriptionMistake::Kind::kSign:
-      return {"say.cell.sign", {{"sign", mistake.sign}, {"joint", mistake.joint}}};
-    case DescriptionMistake::Kind::kOffset:
-      return {"say.cell.offset", {{"deg", mistake.offset_deg}, {"joint", mistake.joint}}};
-    case DescriptionMistake::Kind::kToolAxis:
-      break;
-  }
-  return fmt::format("xyz_mm = [{:g}, {:g}, {:g}] of [tool]", mm(mistake.tcp_m.x()),
-                     mm(mistake.tcp_m.y()), mm(mistake.tcp_m.z()));
-}
-
-Phrase mistakes_of(const CellFault& f) {
-  if (f.mistakes.empty()) return "say.cell.do.description.none";
-  Phrase all;
-  for (const DescriptionMistake& one : f.mistakes) all = joined("say.join.or", all, phrase_of(one));
-  if (f.more > 0) all = joined("say.join.or", all, {"say.cell.more", {{"n", f.more}}});
-  return {"say.cell.do.description", {{"changes", all}}};
-}
-
-/// The sentence of its kind, with all numbers that one may have.
-Phrase phrase_of(const CellFault& f, std::string id) {
-  const double off_m = f.kind == Kind::kCentre ? f.a_m : std::abs(f.a_m - f.b_m);
-  std::vector<PhraseValue> values{{"a", mm(f.a_m)},
-                                  {"b", mm(f.b_m)},
-                                  {"c", mm(f.c_m)},
-                                  {"sigma", mm(f.sigma_m)},
-                                  {"sigmas", off_m / f.sigma_m},
-                                  {"kg", f.kg},
-                                  {"limit", f.limit_kg},
-                                  {"meant", mm(f.a_m) / kMmPerM},
-                                  {"reached", mm(f.a_m * f.b_m / f.c_m)}};
-  for (std::size_t i = 0; i < f.ids.size(); ++i)
-    values.emplace_back("id" + std::to_string(i), f.ids[i]);
-  return {std::move(id), std::move(values)};
-}
-
-}  // namespace
 
 Phrase found_phrase(const CellFault& f) {
   std::string id = std::string("say.cell.found.") + own_name(f.kind);

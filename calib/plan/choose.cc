@@ -193,14 +193,10 @@ class Choosing {
   double worth(std::size_t c) {
     const auto index = static_cast<Eigen::Index>(c);
     switch (options_.criterion) {
-      case Criterion::kI:
-        return design_->gain(index);
-      case Criterion::kD:
-        return design_->unknown(index);
-      case Criterion::kEven:
-        return evenness(c);
-      case Criterion::kRandom:
-        break;
+      case Criterion::kI: return design_->gain(index);
+      case Criterion::kD: return design_->unknown(index);
+      case Criterion::kEven: return evenness(c);
+      case Criterion::kRandom: break;
     }
     return random_.uniform();
   }
@@ -280,16 +276,6 @@ class Choosing {
   std::vector<std::size_t> picked_;
 };
 
-}  // namespace
-
-Choice choose(const Cell& cell, const std::vector<Candidate>& candidates,
-              const ChooseOptions& options) {
-  if (candidates.empty()) return {};
-  return Choosing(cell, candidates, options).run();
-}
-
-namespace {
-
 /// Touches of each target that a plan to a goal begins with.
 constexpr int kFirstToGoal = 10;
 
@@ -306,7 +292,40 @@ int more_touches(const Choice& choice, const PlanOptions& options) {
                1.0 * options.fit_touches));
 }
 
+constexpr int kExchanges = 2;
+
+/// The candidate with the largest value that is not in the design.
+template <typename Worth>
+std::optional<Eigen::Index> best(const Design& design, std::vector<bool>& refused,
+                                 const std::function<bool(std::size_t)>& possible,
+                                 const Worth& worth) {
+  while (true) {
+    poll_cancelled();
+    std::optional<Eigen::Index> found;
+    for (Eigen::Index c = 0; c < design.size(); ++c)
+      if (!design.has(c) && !refused[static_cast<std::size_t>(c)] &&
+          (!found || worth(c) > worth(*found)))
+        found = c;
+    if (!found || possible(static_cast<std::size_t>(*found))) return found;
+    refused[static_cast<std::size_t>(*found)] = true;
+  }
+}
+
+/// Angles of successive refinements: that many variations of the picks are added and exchanged,
+/// until the gain is too small. For 30 touches of four spheres it reduces the predicted error by a
+/// fifth, for 50 by an eighth.
+constexpr double kByRad[] = {0.5, 0.35, 0.25, 0.17, 0.1, 0.05};
+constexpr int kAroundEach = 60;
+constexpr int kMostAround = 2000;
+constexpr double kIsWorth = 0.01;  // minimum share of the error
+
 }  // namespace
+
+Choice choose(const Cell& cell, const std::vector<Candidate>& candidates,
+              const ChooseOptions& options) {
+  if (candidates.empty()) return {};
+  return Choosing(cell, candidates, options).run();
+}
 
 void choose_to_goal(const PlanOptions& options, int targets,
                     const std::function<void(int count)>& choose_of, const Choice& choice) {
@@ -358,29 +377,6 @@ std::vector<Picked> with_check_touches(const Cell& cell, const std::vector<Candi
   return all;
 }
 
-namespace {
-
-constexpr int kExchanges = 2;
-
-/// The candidate with the largest value that is not in the design.
-template <typename Worth>
-std::optional<Eigen::Index> best(const Design& design, std::vector<bool>& refused,
-                                 const std::function<bool(std::size_t)>& possible,
-                                 const Worth& worth) {
-  while (true) {
-    poll_cancelled();
-    std::optional<Eigen::Index> found;
-    for (Eigen::Index c = 0; c < design.size(); ++c)
-      if (!design.has(c) && !refused[static_cast<std::size_t>(c)] &&
-          (!found || worth(c) > worth(*found)))
-        found = c;
-    if (!found || possible(static_cast<std::size_t>(*found))) return found;
-    refused[static_cast<std::size_t>(*found)] = true;
-  }
-}
-
-}  // namespace
-
 std::vector<std::size_t> choose_together(Design design, int count,
                                          const std::function<bool(std::size_t)>& possible) {
   std::vector<bool> refused(static_cast<std::size_t>(design.size()), false);
@@ -404,18 +400,6 @@ std::vector<std::size_t> choose_together(Design design, int count,
     }
   return picked;
 }
-
-namespace {
-
-/// Angles of successive refinements: that many variations of the picks are added and exchanged,
-/// until the gain is too small. For 30 touches of four spheres it reduces the predicted error by a
-/// fifth, for 50 by an eighth.
-constexpr double kByRad[] = {0.5, 0.35, 0.25, 0.17, 0.1, 0.05};
-constexpr int kAroundEach = 60;
-constexpr int kMostAround = 2000;
-constexpr double kIsWorth = 0.01;  // minimum share of the error
-
-}  // namespace
 
 void add_neighbours(const Cell& cell, Pool& pool, std::size_t spread, ChooseOptions how,
                     Choice& choice) {

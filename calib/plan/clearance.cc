@@ -57,6 +57,18 @@ struct Encounter {
   bool low = false;  ///< below the lowest target
 };
 
+std::string near_words(const Hit& hit) {
+  constexpr double kTouching = 1e-6, kRoundingMm = 1e-3;
+  std::string text = hit.gap_m < kTouching
+                         ? fmt::format("{} runs into {}", hit.body, hit.other)
+                         : fmt::format("{} comes within {:.0f} mm of {}", hit.body,
+                                       std::ceil(hit.gap_m * kMmPerM - kRoundingMm), hit.other);
+  if (hit.assumed_radius_m > 0.0)
+    text += fmt::format(" (its radius of {:.0f} mm is assumed: radius_mm of the robot file)",
+                        hit.assumed_radius_m * kMmPerM);
+  return text;
+}
+
 }  // namespace
 
 struct Clearance::Impl {
@@ -514,26 +526,9 @@ std::optional<Hit> Clearance::hit_search(const JointVector& from, const JointVec
                           : impl_->hit(from, to, {tip_margin_m, static_cast<int>(target)});
 }
 
-namespace {
-
-std::string near_words(const Hit& hit) {
-  constexpr double kTouching = 1e-6, kRoundingMm = 1e-3;
-  std::string text = hit.gap_m < kTouching
-                         ? fmt::format("{} runs into {}", hit.body, hit.other)
-                         : fmt::format("{} comes within {:.0f} mm of {}", hit.body,
-                                       std::ceil(hit.gap_m * kMmPerM - kRoundingMm), hit.other);
-  if (hit.assumed_radius_m > 0.0)
-    text += fmt::format(" (its radius of {:.0f} mm is assumed: radius_mm of the robot file)",
-                        hit.assumed_radius_m * kMmPerM);
-  return text;
-}
-
-}  // namespace
-
 std::string words(const Hit& hit) {
   switch (hit.kind) {
-    case Hit::Kind::kTooNear:
-      return near_words(hit);
+    case Hit::Kind::kTooNear: return near_words(hit);
     case Hit::Kind::kBelowTargets:
       return fmt::format(
           "{} comes more than {:.0f} mm below the lowest target (no floor_mm in the cell file)",

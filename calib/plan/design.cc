@@ -31,6 +31,159 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& moves_m) {
   return weight.vectors.rightCols(kept) * values.tail(kept).cwiseSqrt().asDiagonal();
 }
 
+constexpr int kPoses = 200;
+constexpr double kLimitMarginRad = 0.05;
+/// Typical share of the compliance assumed if the file states none.
+constexpr double kTypicalCompliance = 0.3;
+/// Mean ripple left possible by the evidence after some tens of touches.
+constexpr double kTypicalRippleRad = 5.0 * kRadPerArcsec;
+/// A joint's function (calib/model/README.md, (2a)) as a few waves of no common period, alike at
+/// neighbouring angles: it has 72 unknowns itself, for the same choice in eight times the time.
+constexpr int kFunctionOrders[] = {6, 9, 14, 20, 29};
+/// Prior of centres without one: a metre, in prior units, carries no information.
+constexpr double kNoPriorWeight = 1e-2;
+
+bool gives(const Cell& cell) {
+  return std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
+                     [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
+}
+
+/// Derivatives of the tips of the postures.
+Eigen::MatrixXd moves(const ArmModel& arm, const std::vector<JointVector>& poses,
+                      const Eigen::VectorXd& scale, const AccuracyRegion& region) {
+  if (region.kind != AccuracyRegion::Kind::kTool) return aligned_moves(arm, poses, nullptr, scale);
+  // Tip relative to the flange: independent of the base.
+  Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm.size());
+  Eigen::Matrix3Xd jacobian(3, arm.size());
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    arm.position(arm.prepare(poses[k]), nullptr, jacobian);
+    result.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = jacobian * scale.asDiagonal();
+  }
+  for (int i = 0; i < arm.size(); ++i)
+    if (const int joint = arm.parameters()[static_cast<std::size_t>(i)].joint;
+        joint >= 0 && joint + 1 < arm.joint_count())
+      result.col(i).setZero();
+  return result;
+}
+
+std::vector<JointVector> postures(const Problem& problem, const std::vector<Candidate>& candidates,
+                                  const AccuracyRegion& region) {
+  std::vector<JointVector> touches;
+  std::vector<Eigen::Vector3d> centres;
+  for (const Candidate& c : candidates) touches.push_back(c.contact);
+  for (const TargetBlock& block : problem.blocks())
+    centres.push_back(
+        carried_at(problem.cell().robot, std::vector<double>(static_cast<std::size_t>(
+                                             problem.cell().targets[block.target].carried_by))) *
+        problem.cell().targets[block.target].centre_m);
+  return accuracy_region_postures(region, problem.arm(), touches, centres, kLimitMarginRad, kPoses);
+}
+
+/// The candidates' touches, and the targets' places.
+struct Contacts {
+  std::vector<Touch> touches;
+  std::vector<TargetPlace> places;
+};
+
+Contacts contacts_of(const Cell& cell, const std::vector<Candidate>& candidates) {
+  Contacts contacts;
+  for (const Candidate& c : candidates) {
+    const Target& target = cell.targets[c.target];
+    Touch touch;
+    touch.joint_rad = c.contact;
+    touch.positioner_rad = c.positioner_rad;
+    touch.target = target.id;
+    contacts.touches.push_back(std::move(touch));
+  }
+  for (const Target& target : cell.targets) {
+    contacts.places.emplace_back(target.centre_m);
+    if (target.kind != TargetKind::kPlane) continue;
+    const Eigen::Vector3d across = target.normal.unitOrthogonal();
+    contacts.places.back().axes << across, target.normal.cross(across), target.normal;
+  }
+  return contacts;
+}
+
+/// Derivatives of the tip at candidates of carried targets, in the frame of their axis, after
+/// alignment: what a part on the positioner is worked with. Empty without any.
+Eigen::MatrixXd moves_on_table(const Cell& cell, const ArmModel& arm,
+                               const std::vector<Candidate>& candidates,
+                               const Eigen::VectorXd& scale) {
+  std::vector<const Candidate*> carried;
+  for (const Candidate& c : candidates)
+    if (cell.targets[c.target].carried_by > 0) carried.push_back(&c);
+  const std::size_t count = std::min<std::size_t>(carried.size(), kPoses);
+  constexpr std::size_t kEnough = 3;  // fix a rigid body
+  if (count < kEnough) return Eigen::MatrixXd(0, 0);
+  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, arm.size())};
+  Eigen::Matrix3Xd jacobian(3, arm.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    const Candidate& c = *carried[k * carried.size() / count];
+    const std::span<const double> angles(c.positioner_rad);
+    const auto carriers = static_cast<std::size_t>(cell.targets[c.target].carried_by);
+    const auto column = static_cast<Eigen::Index>(k);
+    at.tips_m.col(column) = arm.position(
+        arm.prepare(c.contact, 0, nullptr, angles.first(carriers), angles.subspan(carriers)),
+        nullptr, jacobian);
+    at.moves_m.middleRows<3>(3 * column) = jacobian * scale.asDiagonal();
+  }
+  return aligned(at);
+}
+
+Linearisation linearised(const Problem& problem) {
+  return linearise(problem, Eigen::VectorXd::Zero(problem.size()),
+                   std::vector<bool>(problem.touches().size(), true));
+}
+
+Eigen::VectorXd scale_of(const Problem& problem) {
+  Eigen::VectorXd scale(problem.arm_size());
+  for (int i = 0; i < problem.arm_size(); ++i)
+    scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
+  return scale;
+}
+
+/// Adds the stated functions of the joints' angles, as waves of kFunctionOrders.
+void add_functions(const Robot& stated, Cell cell, const Contacts& contacts,
+                   const AccuracyRegion& region, DesignProblem& design) {
+  for (std::size_t i = 0; i < stated.joints.size(); ++i) {
+    Joint& joint = cell.robot.joints[i];
+    joint.gear_ratio = 1.0;
+    joint.harmonics = {std::begin(kFunctionOrders), std::end(kFunctionOrders)};
+    joint.harmonic_falloff = 0.0;
+    joint.harmonic_sigma_rad =
+        stated.joints[i].function_sigma_rad / std::sqrt(std::size(kFunctionOrders));
+  }
+  const ArmModel arm(cell);
+  const Problem problem(cell, arm, contacts.touches, contacts.places, kTypicalRippleRad);
+  std::vector<int> waves;
+  for (int i = 0; i < arm.size(); ++i)
+    if (is_transmission(arm.parameters()[static_cast<std::size_t>(i)].kind)) waves.push_back(i);
+  const auto count = static_cast<Eigen::Index>(waves.size());
+  if (count == 0) return;
+  const Eigen::Index before = design.arm->size(), behind = design.rows.cols() - before;
+  const Linearisation at = linearised(problem);
+  RowMajor rows(design.rows.rows(), before + count + behind);
+  rows << design.rows.leftCols(before), at.jacobian(Eigen::seqN(0, rows.rows()), waves),
+      design.rows.rightCols(behind);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(rows.cols(), rows.cols());
+  std::vector<Eigen::Index> others(static_cast<std::size_t>(before + behind));
+  std::iota(others.begin(), others.end(), 0);
+  for (Eigen::Index& other : others)
+    if (other >= before) other += count;
+  covariance(others, others) = design.covariance_u;
+  Eigen::MatrixXd all(design.moves_m.rows(), before + count);
+  all << design.moves_m, moves(arm, design.postures, scale_of(problem), region)(Eigen::all, waves);
+  for (std::size_t k = 0; k < waves.size(); ++k)
+    design.keys.insert(design.keys.begin() + before + static_cast<Eigen::Index>(k),
+                       arm.parameters()[static_cast<std::size_t>(waves[k])]);
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(rows.cols());
+  weight(others) = design.prior_weight;
+  design.prior_weight = std::move(weight);
+  design.rows = std::move(rows);
+  design.covariance_u = std::move(covariance);
+  design.moves_m = std::move(all);
+}
+
 }  // namespace
 
 Design::Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixXd& moves_m)
@@ -130,164 +283,6 @@ void Design::change(Eigen::Index candidate, double sign) {
   }
   h_ -= by * with.cwiseAbs2();
 }
-
-namespace {
-
-constexpr int kPoses = 200;
-constexpr double kLimitMarginRad = 0.05;
-/// Typical share of the compliance assumed if the file states none.
-constexpr double kTypicalCompliance = 0.3;
-/// Mean ripple left possible by the evidence after some tens of touches.
-constexpr double kTypicalRippleRad = 5.0 * kRadPerArcsec;
-/// A joint's function (calib/model/README.md, (2a)) as a few waves of no common period, alike at
-/// neighbouring angles: it has 72 unknowns itself, for the same choice in eight times the time.
-constexpr int kFunctionOrders[] = {6, 9, 14, 20, 29};
-/// Prior of centres without one: a metre, in prior units, carries no information.
-constexpr double kNoPriorWeight = 1e-2;
-
-bool gives(const Cell& cell) {
-  return std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
-                     [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
-}
-
-/// Derivatives of the tips of the postures.
-Eigen::MatrixXd moves(const ArmModel& arm, const std::vector<JointVector>& poses,
-                      const Eigen::VectorXd& scale, const AccuracyRegion& region) {
-  if (region.kind != AccuracyRegion::Kind::kTool) return aligned_moves(arm, poses, nullptr, scale);
-  // Tip relative to the flange: independent of the base.
-  Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm.size());
-  Eigen::Matrix3Xd jacobian(3, arm.size());
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    arm.position(arm.prepare(poses[k]), nullptr, jacobian);
-    result.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = jacobian * scale.asDiagonal();
-  }
-  for (int i = 0; i < arm.size(); ++i)
-    if (const int joint = arm.parameters()[static_cast<std::size_t>(i)].joint;
-        joint >= 0 && joint + 1 < arm.joint_count())
-      result.col(i).setZero();
-  return result;
-}
-
-std::vector<JointVector> postures(const Problem& problem, const std::vector<Candidate>& candidates,
-                                  const AccuracyRegion& region) {
-  std::vector<JointVector> touches;
-  std::vector<Eigen::Vector3d> centres;
-  for (const Candidate& c : candidates) touches.push_back(c.contact);
-  for (const TargetBlock& block : problem.blocks())
-    centres.push_back(
-        carried_at(problem.cell().robot, std::vector<double>(static_cast<std::size_t>(
-                                             problem.cell().targets[block.target].carried_by))) *
-        problem.cell().targets[block.target].centre_m);
-  return accuracy_region_postures(region, problem.arm(), touches, centres, kLimitMarginRad, kPoses);
-}
-
-/// The candidates' touches, and the targets' places.
-struct Contacts {
-  std::vector<Touch> touches;
-  std::vector<TargetPlace> places;
-};
-
-Contacts contacts_of(const Cell& cell, const std::vector<Candidate>& candidates) {
-  Contacts contacts;
-  for (const Candidate& c : candidates) {
-    const Target& target = cell.targets[c.target];
-    Touch touch;
-    touch.joint_rad = c.contact;
-    touch.positioner_rad = c.positioner_rad;
-    touch.target = target.id;
-    contacts.touches.push_back(std::move(touch));
-  }
-  for (const Target& target : cell.targets) {
-    contacts.places.emplace_back(target.centre_m);
-    if (target.kind != TargetKind::kPlane) continue;
-    const Eigen::Vector3d across = target.normal.unitOrthogonal();
-    contacts.places.back().axes << across, target.normal.cross(across), target.normal;
-  }
-  return contacts;
-}
-
-/// Derivatives of the tip at candidates of carried targets, in the frame of their axis, after
-/// alignment: what a part on the positioner is worked with. Empty without any.
-Eigen::MatrixXd moves_on_table(const Cell& cell, const ArmModel& arm,
-                               const std::vector<Candidate>& candidates,
-                               const Eigen::VectorXd& scale) {
-  std::vector<const Candidate*> carried;
-  for (const Candidate& c : candidates)
-    if (cell.targets[c.target].carried_by > 0) carried.push_back(&c);
-  const std::size_t count = std::min<std::size_t>(carried.size(), kPoses);
-  constexpr std::size_t kEnough = 3;  // fix a rigid body
-  if (count < kEnough) return Eigen::MatrixXd(0, 0);
-  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, arm.size())};
-  Eigen::Matrix3Xd jacobian(3, arm.size());
-  for (std::size_t k = 0; k < count; ++k) {
-    const Candidate& c = *carried[k * carried.size() / count];
-    const std::span<const double> angles(c.positioner_rad);
-    const auto carriers = static_cast<std::size_t>(cell.targets[c.target].carried_by);
-    const auto column = static_cast<Eigen::Index>(k);
-    at.tips_m.col(column) =
-        arm.position(arm.prepare(c.contact, 0, nullptr, angles.first(carriers),
-                                 angles.subspan(carriers)),
-                     nullptr, jacobian);
-    at.moves_m.middleRows<3>(3 * column) = jacobian * scale.asDiagonal();
-  }
-  return aligned(at);
-}
-
-Linearisation linearised(const Problem& problem) {
-  return linearise(problem, Eigen::VectorXd::Zero(problem.size()),
-                   std::vector<bool>(problem.touches().size(), true));
-}
-
-Eigen::VectorXd scale_of(const Problem& problem) {
-  Eigen::VectorXd scale(problem.arm_size());
-  for (int i = 0; i < problem.arm_size(); ++i)
-    scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
-  return scale;
-}
-
-/// Adds the stated functions of the joints' angles, as waves of kFunctionOrders.
-void add_functions(const Robot& stated, Cell cell, const Contacts& contacts,
-                   const AccuracyRegion& region, DesignProblem& design) {
-  for (std::size_t i = 0; i < stated.joints.size(); ++i) {
-    Joint& joint = cell.robot.joints[i];
-    joint.gear_ratio = 1.0;
-    joint.harmonics = {std::begin(kFunctionOrders), std::end(kFunctionOrders)};
-    joint.harmonic_falloff = 0.0;
-    joint.harmonic_sigma_rad =
-        stated.joints[i].function_sigma_rad / std::sqrt(std::size(kFunctionOrders));
-  }
-  const ArmModel arm(cell);
-  const Problem problem(cell, arm, contacts.touches, contacts.places, kTypicalRippleRad);
-  std::vector<int> waves;
-  for (int i = 0; i < arm.size(); ++i)
-    if (is_transmission(arm.parameters()[static_cast<std::size_t>(i)].kind)) waves.push_back(i);
-  const auto count = static_cast<Eigen::Index>(waves.size());
-  if (count == 0) return;
-  const Eigen::Index before = design.arm->size(), behind = design.rows.cols() - before;
-  const Linearisation at = linearised(problem);
-  RowMajor rows(design.rows.rows(), before + count + behind);
-  rows << design.rows.leftCols(before), at.jacobian(Eigen::seqN(0, rows.rows()), waves),
-      design.rows.rightCols(behind);
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(rows.cols(), rows.cols());
-  std::vector<Eigen::Index> others(static_cast<std::size_t>(before + behind));
-  std::iota(others.begin(), others.end(), 0);
-  for (Eigen::Index& other : others)
-    if (other >= before) other += count;
-  covariance(others, others) = design.covariance_u;
-  Eigen::MatrixXd all(design.moves_m.rows(), before + count);
-  all << design.moves_m, moves(arm, design.postures, scale_of(problem), region)(Eigen::all, waves);
-  for (std::size_t k = 0; k < waves.size(); ++k)
-    design.keys.insert(design.keys.begin() + before + static_cast<Eigen::Index>(k),
-                       arm.parameters()[static_cast<std::size_t>(waves[k])]);
-  Eigen::VectorXd weight = Eigen::VectorXd::Ones(rows.cols());
-  weight(others) = design.prior_weight;
-  design.prior_weight = std::move(weight);
-  design.rows = std::move(rows);
-  design.covariance_u = std::move(covariance);
-  design.moves_m = std::move(all);
-}
-
-}  // namespace
 
 Cell with_functions_of(const Robot& learnt, Cell cell) {
   for (Joint& to : cell.robot.joints) {

@@ -47,6 +47,30 @@ double turn_s(const Robot& robot, const PlannedTouch& touch, const Pace& pace) {
   return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;
 }
 
+/// Over all way-points; corners are passed without stopping.
+double transit_s(const Robot& robot, const JointVector& from, const PlannedTouch& touch,
+                 const Pace& pace) {
+  double sum = 0.0;
+  const JointVector* at = &from;
+  for (std::size_t k = 0; k < touch.transit.size(); ++k) {
+    const double stop_s = move_s(robot, *at, touch.transit[k], pace);
+    const bool passed = k > 0 && k <= touch.corners.size() && touch.corners[k - 1].in_share > 0.0 &&
+                        touch.corners[k - 1].out_share > 0.0;
+    sum += (passed ? pace.passed_share : 1.0) * stop_s;
+    at = &touch.transit[k];
+  }
+  return sum;
+}
+
+/// Chords of this angle are 0.01 % shorter than the arc.
+constexpr double kChordRad = 2.0 * kRadPerDeg;
+
+std::vector<Eigen::Vector3d> points_m(const ArmModel& arm, std::span<const double> q) {
+  std::vector<Eigen::Vector3d> points = arm.shape(arm.prepare(q), nullptr).joint_origin_m;
+  for (int tool = 0; tool < arm.tool_count(); ++tool) points.push_back(arm.nominal_tip_m(q, tool));
+  return points;
+}
+
 }  // namespace
 
 double move_s(const Robot& robot, const JointVector& from, const JointVector& to,
@@ -68,25 +92,6 @@ double way_s(const Robot& robot, const JointVector& from, std::span<const JointV
   }
   return sum;
 }
-
-namespace {
-
-/// Over all way-points; corners are passed without stopping.
-double transit_s(const Robot& robot, const JointVector& from, const PlannedTouch& touch,
-                 const Pace& pace) {
-  double sum = 0.0;
-  const JointVector* at = &from;
-  for (std::size_t k = 0; k < touch.transit.size(); ++k) {
-    const double stop_s = move_s(robot, *at, touch.transit[k], pace);
-    const bool passed = k > 0 && k <= touch.corners.size() && touch.corners[k - 1].in_share > 0.0 &&
-                        touch.corners[k - 1].out_share > 0.0;
-    sum += (passed ? pace.passed_share : 1.0) * stop_s;
-    at = &touch.transit[k];
-  }
-  return sum;
-}
-
-}  // namespace
 
 double touch_s(double expected_m, const Pace& pace) {
   double confirmed_s = 0.0;
@@ -119,19 +124,6 @@ double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {
   }
   return sum;
 }
-
-namespace {
-
-/// Chords of this angle are 0.01 % shorter than the arc.
-constexpr double kChordRad = 2.0 * kRadPerDeg;
-
-std::vector<Eigen::Vector3d> points_m(const ArmModel& arm, std::span<const double> q) {
-  std::vector<Eigen::Vector3d> points = arm.shape(arm.prepare(q), nullptr).joint_origin_m;
-  for (int tool = 0; tool < arm.tool_count(); ++tool) points.push_back(arm.nominal_tip_m(q, tool));
-  return points;
-}
-
-}  // namespace
 
 double fastest_point_m_s(const ArmModel& arm, std::span<const double> from,
                          std::span<const double> to) {

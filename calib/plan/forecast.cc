@@ -14,6 +14,55 @@ namespace {
 
 constexpr int kPostures = 150;
 
+/// Minimum touches of a target before its next contact is predicted. Fewer do not determine its
+/// place: with certified lengths they may be consistent with another, and the estimate returns only
+/// one.
+constexpr std::ptrdiff_t kFewest = 4;
+/// Bounds the influence of a single gross touch on later predictions.
+constexpr double kMostOff = 10.0;
+constexpr double kStepM = 0.001;  ///< step between postures on a search line
+
+/// `like`: a touch with the load held; `speed_m_s`: includes the latch delay in the prediction.
+Touch on_line(const PlannedTouch& planned, double travel_m, const Touch& like, double speed_m_s) {
+  Touch touch;
+  touch.target = planned.target;
+  touch.load = like.load;
+  touch.positioner_rad = planned.positioner_rad;
+  touch.speed_m_s = speed_m_s;
+  touch.joint_rad = interpolated(planned.standoff, planned.end, travel_m / planned.search_m);
+  return touch;
+}
+
+/// Gaps between tip and surface along search lines, under an estimate.
+struct Gaps {
+  Eigen::VectorXd gap_m, sigma_m;
+};
+
+Gaps gaps_at(const IncrementalEstimate& running, const std::vector<Touch>& postures) {
+  const Problem& known = running.problem();
+  std::vector<TargetPlace> places(known.cell().targets.size());
+  for (const TargetBlock& block : known.blocks()) places[block.target] = known.place(block);
+  // Appended to the measured touches, so that the unknowns and their order are the same.
+  std::vector<Touch> rows = running.touches();
+  std::vector<bool> use(rows.size(), false);
+  const auto first = static_cast<Eigen::Index>(rows.size());
+  rows.insert(rows.end(), postures.begin(), postures.end());
+  use.resize(rows.size(), true);
+  const Problem seen(known.cell(), known.arm(), rows, places, running.levels().ripple_rad);
+  const Linearisation linear = linearise(seen, running.u(), use);
+  const auto count = static_cast<Eigen::Index>(postures.size());
+  Gaps gaps{Eigen::VectorXd(count), Eigen::VectorXd(count)};
+  const auto by_u = linear.jacobian.topRows(count);
+  const Eigen::VectorXd unknown =
+      (by_u * running.covariance_u()).cwiseProduct(by_u).rowwise().sum();
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const double sigma_m = seen.sigma_m(static_cast<std::size_t>(first + k));
+    gaps.gap_m[k] = linear.residual[k] * sigma_m;
+    gaps.sigma_m[k] = sigma_m * std::sqrt(1.0 + unknown[k]);
+  }
+  return gaps;
+}
+
 }  // namespace
 
 RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
@@ -77,59 +126,6 @@ int touches_by_trend(const std::vector<std::pair<int, double>>& bounds, double g
   const double more = touches * (std::pow(u95_m / goal_m, 1.0 / power) - 1.0);  // (69)
   return static_cast<int>(std::clamp(std::ceil(more), 1.0, static_cast<double>(std::max(1, most))));
 }
-
-namespace {
-
-/// Minimum touches of a target before its next contact is predicted. Fewer do not determine its
-/// place: with certified lengths they may be consistent with another, and the estimate returns only
-/// one.
-constexpr std::ptrdiff_t kFewest = 4;
-/// Bounds the influence of a single gross touch on later predictions.
-constexpr double kMostOff = 10.0;
-constexpr double kStepM = 0.001;  ///< step between postures on a search line
-
-/// `like`: a touch with the load held; `speed_m_s`: includes the latch delay in the prediction.
-Touch on_line(const PlannedTouch& planned, double travel_m, const Touch& like, double speed_m_s) {
-  Touch touch;
-  touch.target = planned.target;
-  touch.load = like.load;
-  touch.positioner_rad = planned.positioner_rad;
-  touch.speed_m_s = speed_m_s;
-  touch.joint_rad = interpolated(planned.standoff, planned.end, travel_m / planned.search_m);
-  return touch;
-}
-
-/// Gaps between tip and surface along search lines, under an estimate.
-struct Gaps {
-  Eigen::VectorXd gap_m, sigma_m;
-};
-
-Gaps gaps_at(const IncrementalEstimate& running, const std::vector<Touch>& postures) {
-  const Problem& known = running.problem();
-  std::vector<TargetPlace> places(known.cell().targets.size());
-  for (const TargetBlock& block : known.blocks()) places[block.target] = known.place(block);
-  // Appended to the measured touches, so that the unknowns and their order are the same.
-  std::vector<Touch> rows = running.touches();
-  std::vector<bool> use(rows.size(), false);
-  const auto first = static_cast<Eigen::Index>(rows.size());
-  rows.insert(rows.end(), postures.begin(), postures.end());
-  use.resize(rows.size(), true);
-  const Problem seen(known.cell(), known.arm(), rows, places, running.levels().ripple_rad);
-  const Linearisation linear = linearise(seen, running.u(), use);
-  const auto count = static_cast<Eigen::Index>(postures.size());
-  Gaps gaps{Eigen::VectorXd(count), Eigen::VectorXd(count)};
-  const auto by_u = linear.jacobian.topRows(count);
-  const Eigen::VectorXd unknown =
-      (by_u * running.covariance_u()).cwiseProduct(by_u).rowwise().sum();
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const double sigma_m = seen.sigma_m(static_cast<std::size_t>(first + k));
-    gaps.gap_m[k] = linear.residual[k] * sigma_m;
-    gaps.sigma_m[k] = sigma_m * std::sqrt(1.0 + unknown[k]);
-  }
-  return gaps;
-}
-
-}  // namespace
 
 void ContactForecast::learn(std::span<const Touch> touches) {
   while (learnt_ < touches.size()) {

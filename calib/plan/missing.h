@@ -16,7 +16,7 @@ namespace cellcal::calib {
 
 struct Missing {
   UncertaintySource source = UncertaintySource::kTouches;
-  double share = 0.0;                   ///< of the variance of the tip, mean over the region
+  double share = 0.0;  ///< of the variance of the tip, mean over the region
   /// kTransmission: the joint with the largest part of it; kPlaces: the positioner's axis with most of it.
   std::string joint = {};
   double from_rad = 0.0, to_rad = 0.0;  ///< of its angles in the region, those with most of it

@@ -45,6 +45,30 @@ constexpr int kAroundEach = 12;
 
 using Way = std::optional<std::vector<JointVector>>;
 
+std::string end_words(const Progress& progress, const Goal& goal) {
+  const double u95_mm = progress.u95_m * kMmPerM, goal_mm = goal.u95_m * kMmPerM;
+  const std::string reached = goal_mm > 0.0
+                                  ? fmt::format("u95 {0:.{2}f} mm, goal {1:.{2}f} mm", u95_mm,
+                                                goal_mm, decimals_apart(u95_mm, goal_mm, 3))
+                                  : fmt::format("u95 {:.3f} mm", u95_mm);
+  switch (*progress.ended) {
+    case Ended::kGoal: return "goal reached: " + reached;
+    case Ended::kMostTouches:
+      return fmt::format("all {} touches made; {}{}", progress.touches, reached,
+                         goal_mm > 0.0 ? ". Allow more touches (--touches)" : "");
+    case Ended::kNoGain:
+      return fmt::format(
+          "after touch {} ten more would reduce the error by less than {:.0f} %; {}. Certified "
+          "lengths, more spheres or other postures help more",
+          progress.touches, 100.0 * goal.worth_it, reached);
+    case Ended::kNoEstimate:
+      return "some targets cannot be touched often enough for a first estimate";
+    case Ended::kAllReachable:
+      return fmt::format("all {} reachable touches made; {}", progress.touches, reached);
+  }
+  return {};
+}
+
 }  // namespace
 
 struct Online::Impl {
@@ -512,35 +536,6 @@ double touches_to_goal(std::size_t count, double reducible_m, double goal_u95_m)
   return static_cast<double>(count) *
          std::pow(kBoundOverError * reducible_m / goal_u95_m, 1.0 / kErrorPower);  // (92)
 }
-
-namespace {
-
-std::string end_words(const Progress& progress, const Goal& goal) {
-  const double u95_mm = progress.u95_m * kMmPerM, goal_mm = goal.u95_m * kMmPerM;
-  const std::string reached = goal_mm > 0.0
-                                  ? fmt::format("u95 {0:.{2}f} mm, goal {1:.{2}f} mm", u95_mm,
-                                                goal_mm, decimals_apart(u95_mm, goal_mm, 3))
-                                  : fmt::format("u95 {:.3f} mm", u95_mm);
-  switch (*progress.ended) {
-    case Ended::kGoal:
-      return "goal reached: " + reached;
-    case Ended::kMostTouches:
-      return fmt::format("all {} touches made; {}{}", progress.touches, reached,
-                         goal_mm > 0.0 ? ". Allow more touches (--touches)" : "");
-    case Ended::kNoGain:
-      return fmt::format(
-          "after touch {} ten more would reduce the error by less than {:.0f} %; {}. Certified "
-          "lengths, more spheres or other postures help more",
-          progress.touches, 100.0 * goal.worth_it, reached);
-    case Ended::kNoEstimate:
-      return "some targets cannot be touched often enough for a first estimate";
-    case Ended::kAllReachable:
-      return fmt::format("all {} reachable touches made; {}", progress.touches, reached);
-  }
-  return {};
-}
-
-}  // namespace
 
 std::string why_ended(const Progress& progress, const Goal& goal) {
   if (!progress.ended) return {};

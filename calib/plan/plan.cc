@@ -87,56 +87,6 @@ Choice choose_fit_touches(const Cell& cell, const PlanOptions& options, int targ
   return choice;
 }
 
-}  // namespace
-
-Plan make_plan(const Cell& cell, const PlanOptions& stated, const JointVector& from) {
-  if (!cell.robot.positioner.empty()) return make_positioner_plan(cell, stated, from);
-  const PlanOptions options = with_tolerances(stated, cell);
-  constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
-  const auto targets = static_cast<int>(
-      std::count_if(cell.targets.begin(), cell.targets.end(),
-                    [](const Target& target) { return is_planned(target, kKinds); }));
-  const int total = options.fit_touches + options.check_touches;
-  if (options.fit_touches < 1 || options.check_touches < 0)
-    throw PlanError(PlanError::Kind::kRequest, "a plan needs at least one fit touch");
-  const ArmModel arm = planning_arm(cell);
-  const int per_touch = Configurations(arm, options.limit_margin_rad).closed_form()
-                            ? kCandidatesPerTouch
-                            : kCandidatesPerTouchBySearch;
-  std::optional<Part> part(std::in_place, PlanStep::kReach, 0.0, kReachShare);
-  Pool pool(cell, options,
-            std::clamp(per_touch * total / std::max(1, targets), 40, kMostCandidates), kKinds);
-  const std::vector<Candidate>& candidates = pool.candidates();
-  if (static_cast<int>(candidates.size()) < total)
-    throw PlanError(
-        PlanError::Kind::kTooFew,
-        fmt::format(
-            "only {} touches can be reached inside the joint limits and clear of obstacles, {} are "
-            "needed. Move the targets nearer to the middle of the workspace, or plan fewer touches",
-            candidates.size(), total));
-  const std::size_t spread = candidates.size();  // those distributed over all targets
-  part.reset();
-  const Choice choice = choose_fit_touches(cell, options, targets, pool);
-  part.emplace(PlanStep::kWays, kRefinedShare, 1.0);
-  const auto possible = [&](std::size_t i) { return pool.connected(i); };
-  std::vector<ToVisit> todo;
-  for (const Picked& one :
-       with_check_touches(cell, candidates, choice.picked, spread, targets, options, possible))
-    todo.push_back({candidates[one.candidate], one.set});
-  const JointVector start = from.empty() ? pool.middle() : from;
-  if (const auto what = pool.clearance().hit(start, kTipMarginM))
-    throw PlanError(
-        PlanError::Kind::kArmStands,
-        fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
-  Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
-  foresee(choice, options, plan);
-  for (const Target& target : cell.targets)
-    if (!is_planned(target, kKinds)) plan.left_out.push_back(target.id);
-  return plan;
-}
-
-namespace {
-
 /// The last leg of a touch's transit, which may pass from a stand-off to a nearer one, as a point or two.
 std::vector<JointVector> last_leg(const PlannedTouch& touch) {
   if (touch.transit.empty()) return {touch.standoff};
@@ -279,24 +229,6 @@ Plan resume_with_positioner(const Cell& cell, Plan plan, std::size_t next, const
   touch = resumed_at_setting(cell, plan.start, touch, touch, plan.start);
   return plan;
 }
-
-}  // namespace
-
-Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from,
-                 const std::vector<double>& positioner_rad) {
-  if (next >= plan.touches.size()) return plan;
-  if (!cell.robot.positioner.empty())
-    return resume_with_positioner(cell, plan, next, from, positioner_rad);
-  const ArmModel arm = planning_arm(cell);
-  const Clearance clearance(cell, arm);
-  Plan result = plan;
-  result.touches[next] =
-      resumed_touch(cell, arm, clearance, resting_posture(cell.robot, clearance),
-                    plan.touches[next], plan.touches[next > 0 ? next - 1 : next], from);
-  return result;
-}
-
-namespace {
 
 using Eigen::Vector3d;
 
@@ -510,6 +442,66 @@ class PlaceChoice {
 };
 
 }  // namespace
+
+Plan make_plan(const Cell& cell, const PlanOptions& stated, const JointVector& from) {
+  if (!cell.robot.positioner.empty()) return make_positioner_plan(cell, stated, from);
+  const PlanOptions options = with_tolerances(stated, cell);
+  constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
+  const auto targets = static_cast<int>(
+      std::count_if(cell.targets.begin(), cell.targets.end(),
+                    [](const Target& target) { return is_planned(target, kKinds); }));
+  const int total = options.fit_touches + options.check_touches;
+  if (options.fit_touches < 1 || options.check_touches < 0)
+    throw PlanError(PlanError::Kind::kRequest, "a plan needs at least one fit touch");
+  const ArmModel arm = planning_arm(cell);
+  const int per_touch = Configurations(arm, options.limit_margin_rad).closed_form()
+                            ? kCandidatesPerTouch
+                            : kCandidatesPerTouchBySearch;
+  std::optional<Part> part(std::in_place, PlanStep::kReach, 0.0, kReachShare);
+  Pool pool(cell, options,
+            std::clamp(per_touch * total / std::max(1, targets), 40, kMostCandidates), kKinds);
+  const std::vector<Candidate>& candidates = pool.candidates();
+  if (static_cast<int>(candidates.size()) < total)
+    throw PlanError(
+        PlanError::Kind::kTooFew,
+        fmt::format(
+            "only {} touches can be reached inside the joint limits and clear of obstacles, {} are "
+            "needed. Move the targets nearer to the middle of the workspace, or plan fewer touches",
+            candidates.size(), total));
+  const std::size_t spread = candidates.size();  // those distributed over all targets
+  part.reset();
+  const Choice choice = choose_fit_touches(cell, options, targets, pool);
+  part.emplace(PlanStep::kWays, kRefinedShare, 1.0);
+  const auto possible = [&](std::size_t i) { return pool.connected(i); };
+  std::vector<ToVisit> todo;
+  for (const Picked& one :
+       with_check_touches(cell, candidates, choice.picked, spread, targets, options, possible))
+    todo.push_back({candidates[one.candidate], one.set});
+  const JointVector start = from.empty() ? pool.middle() : from;
+  if (const auto what = pool.clearance().hit(start, kTipMarginM))
+    throw PlanError(
+        PlanError::Kind::kArmStands,
+        fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
+  Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
+  foresee(choice, options, plan);
+  for (const Target& target : cell.targets)
+    if (!is_planned(target, kKinds)) plan.left_out.push_back(target.id);
+  return plan;
+}
+
+Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from,
+                 const std::vector<double>& positioner_rad) {
+  if (next >= plan.touches.size()) return plan;
+  if (!cell.robot.positioner.empty())
+    return resume_with_positioner(cell, plan, next, from, positioner_rad);
+  const ArmModel arm = planning_arm(cell);
+  const Clearance clearance(cell, arm);
+  Plan result = plan;
+  result.touches[next] =
+      resumed_touch(cell, arm, clearance, resting_posture(cell.robot, clearance),
+                    plan.touches[next], plan.touches[next > 0 ? next - 1 : next], from);
+  return result;
+}
 
 SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, int count) {
   require_any_turn(cell.robot);

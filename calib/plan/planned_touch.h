@@ -59,7 +59,7 @@ struct PlannedTouch {
 struct Plan {
   JointVector start;  ///< required position before the first transit
   std::vector<PlannedTouch> touches;
-  std::vector<JointVector> home;      ///< waypoints from the last clear point back to start
+  std::vector<JointVector> home;  ///< waypoints from the last clear point back to start
   /// Angles of the positioner's axes on that way, of a plan without touches.
   std::vector<double> home_rad{};
   std::vector<std::string> left_out;  ///< ids of targets without planned touches

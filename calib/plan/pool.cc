@@ -18,22 +18,6 @@ constexpr std::size_t kLeastJoints = 6;
 
 std::size_t arm_joints(const Robot& robot) { return robot.joints.size() - robot.first_turning(); }
 
-}  // namespace
-
-bool reaches_any_turn(const Robot& robot) { return arm_joints(robot) >= kLeastJoints; }
-
-void require_any_turn(const Robot& robot) {
-  if (reaches_any_turn(robot)) return;
-  throw PlanError(
-      PlanError::Kind::kCell,
-      fmt::format(
-          "the robot file has {} joints; touches are planned for arms of {} or more. Touch by hand, "
-          "and use 'cellcal identify' with the file",
-          arm_joints(robot), kLeastJoints));
-}
-
-namespace {
-
 void check_cell(const Cell& cell) {
   require_any_turn(cell.robot);
   refuse_positioner(cell.robot, "a plan touch by touch", "Plan a calibration, 'cellcal plan'");
@@ -71,6 +55,18 @@ std::vector<Candidate> searchable(std::vector<Candidate> candidates, const Clear
 }
 
 }  // namespace
+
+bool reaches_any_turn(const Robot& robot) { return arm_joints(robot) >= kLeastJoints; }
+
+void require_any_turn(const Robot& robot) {
+  if (reaches_any_turn(robot)) return;
+  throw PlanError(
+      PlanError::Kind::kCell,
+      fmt::format(
+          "the robot file has {} joints; touches are planned for arms of {} or more. Touch by hand, "
+          "and use 'cellcal identify' with the file",
+          arm_joints(robot), kLeastJoints));
+}
 
 ArmModel planning_arm(const Cell& cell) {
   require_speeds(cell.robot);

@@ -335,10 +335,6 @@ Plan visits_in_turn(const Cell& cell, const PlanOptions& options, const SettingP
   return plan;
 }
 
-}  // namespace
-
-namespace {
-
 /// Balls around what is carried, in the frame of its last axis: a target with its stand, an obstacle's corners.
 using Balls = std::vector<std::pair<Eigen::Vector3d, double>>;
 

@@ -24,6 +24,86 @@ using Eigen::Vector3d;
 constexpr double kShaftBowM = 2.0 * kMostBowM;
 constexpr double kLargestRad = 0.35;  ///< of a joint along a line; larger: another configuration
 
+constexpr double kShaftMarginM = 0.005;
+constexpr double kTipFromStandsM =
+    0.004;  ///< distance from stands, where contact would be attributed to the sphere
+/// A tip that only grazes the sphere may slip off.
+constexpr double kGrazing = 0.9;
+/// Depth by which the nominal tip must hit the sphere so that an inaccurate arm hits it too: only
+/// then does the sphere protect the shaft from objects farther along the line.
+constexpr double kCertainHitM = 0.005;
+
+/// Position at which a point moving along the line from far outside first comes within `radius_m`
+/// of the stand of a sphere, which ends `below_m` below its centre; measured along the normal from
+/// the point closest to the centre, at offset `off`.
+double at_stand(const Eigen::Vector3d& off, const Eigen::Vector3d& normal,
+                const Eigen::Vector3d& up, double radius_m, double below_m) {
+  // off + t normal, in top view: |h + t n| = radius.
+  const Eigen::Vector3d h = off - off.dot(up) * up, n = normal - normal.dot(up) * up;
+  const double a = n.squaredNorm(), b = h.dot(n), c = h.squaredNorm() - radius_m * radius_m;
+  constexpr double kUpright = 1e-9;
+  double first = std::numeric_limits<double>::max(), last = kNeverM;
+  if (a > kUpright) {
+    if (b * b <= a * c) return kNeverM;
+    const double root = std::sqrt(b * b - a * c);
+    first = (-b + root) / a;
+    last = (-b - root) / a;
+  } else if (c > 0.0) {
+    return kNeverM;
+  }
+  const double height = off.dot(up) + below_m, climb = normal.dot(up);
+  if (climb > kUpright) first = std::min(first, -height / climb);
+  if (height + first * climb > kUpright) return kNeverM;
+  return first > last ? first : kNeverM;
+}
+
+/// Spread of points about their mean.
+struct Spread {
+  double count = 0.0, squares = 0.0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+
+  void add(const Eigen::Vector3d& point) {
+    count += 1.0;
+    sum += point;
+    squares += point.squaredNorm();
+  }
+  /// Sum over three components; `of_one` for a single point.
+  double variance(double of_one) const {
+    return count < 2.0 ? of_one : (squares - sum.squaredNorm() / count) / (count - 1.0);
+  }
+};
+
+constexpr double kOffM = 0.008;
+/// Touches within this angle, seen from the centre, are on one side and constrain the lateral
+/// position poorly.
+constexpr double kOneSideRad = 70.0 * kRadPerDeg;
+constexpr std::size_t kLeastHits = 6, kMostHits = 12;
+/// Margin to the ball that encloses all particles, within the previous one: the arm at the previous
+/// clear point stays clear of it.
+constexpr double kOutsideM = 0.008;
+
+double angle_rad(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+/// After the maximum number of touches. Suggests more room if its touches are on one side.
+PlanError too_uncertain(const Sought& one, const std::string& id) {
+  double widest_rad = 0.0;
+  for (const Vector3d& a : one.tips)
+    for (const Vector3d& b : one.tips)
+      widest_rad = std::max(widest_rad, angle_rad(a - one.centre_m, b - one.centre_m));
+  const char* todo = widest_rad < kOneSideRad
+                         ? "Give the arm more room around it, or measure its centre and state it "
+                           "as centre_mm"
+                         : "Measure its centre and state it as centre_mm";
+  const double u_mm = 2e3 * one.sigma_m, limit_mm = 2e3 * kFoundSigmaM;
+  return {PlanError::Kind::kNotFound, id,
+          fmt::format("sphere {}: centre ± {:.{}f} mm (k=2) after {} touches, limit {:g} mm. All "
+                      "lie within {:.0f} deg as seen from its centre. {}",
+                      id, u_mm, decimals_apart(u_mm, limit_mm, 1), one.tips.size(), limit_mm,
+                      widest_rad * kDegPerRad, todo)};
+}
+
 }  // namespace
 
 Vector3d shaft_in_tool(const Tool& tool) { return tool.tcp.linear().transpose() * shaft_of(tool); }
@@ -84,59 +164,6 @@ std::optional<LedSearch> LineLeader::lead(const LineToLead& line, const LineEnds
   }
   return keeps_to(line, led) ? std::optional(led) : std::nullopt;
 }
-
-namespace {
-
-constexpr double kShaftMarginM = 0.005;
-constexpr double kTipFromStandsM =
-    0.004;  ///< distance from stands, where contact would be attributed to the sphere
-/// A tip that only grazes the sphere may slip off.
-constexpr double kGrazing = 0.9;
-/// Depth by which the nominal tip must hit the sphere so that an inaccurate arm hits it too: only
-/// then does the sphere protect the shaft from objects farther along the line.
-constexpr double kCertainHitM = 0.005;
-
-/// Position at which a point moving along the line from far outside first comes within `radius_m`
-/// of the stand of a sphere, which ends `below_m` below its centre; measured along the normal from
-/// the point closest to the centre, at offset `off`.
-double at_stand(const Eigen::Vector3d& off, const Eigen::Vector3d& normal,
-                const Eigen::Vector3d& up, double radius_m, double below_m) {
-  // off + t normal, in top view: |h + t n| = radius.
-  const Eigen::Vector3d h = off - off.dot(up) * up, n = normal - normal.dot(up) * up;
-  const double a = n.squaredNorm(), b = h.dot(n), c = h.squaredNorm() - radius_m * radius_m;
-  constexpr double kUpright = 1e-9;
-  double first = std::numeric_limits<double>::max(), last = kNeverM;
-  if (a > kUpright) {
-    if (b * b <= a * c) return kNeverM;
-    const double root = std::sqrt(b * b - a * c);
-    first = (-b + root) / a;
-    last = (-b - root) / a;
-  } else if (c > 0.0) {
-    return kNeverM;
-  }
-  const double height = off.dot(up) + below_m, climb = normal.dot(up);
-  if (climb > kUpright) first = std::min(first, -height / climb);
-  if (height + first * climb > kUpright) return kNeverM;
-  return first > last ? first : kNeverM;
-}
-
-/// Spread of points about their mean.
-struct Spread {
-  double count = 0.0, squares = 0.0;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-
-  void add(const Eigen::Vector3d& point) {
-    count += 1.0;
-    sum += point;
-    squares += point.squaredNorm();
-  }
-  /// Sum over three components; `of_one` for a single point.
-  double variance(double of_one) const {
-    return count < 2.0 ? of_one : (squares - sum.squaredNorm() / count) / (count - 1.0);
-  }
-};
-
-}  // namespace
 
 SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector3d>& places,
                          double radius_m, const SearchStand& stand, const Tool& tool) {
@@ -220,41 +247,6 @@ double expected_reduction_m2(const SearchDepth& depth, const std::vector<Eigen::
     left += spread.count * spread.variance(all.variance(0.0));
   return std::max(0.0, all.variance(0.0) - left / all.count);  // (71)
 }
-
-namespace {
-
-constexpr double kOffM = 0.008;
-/// Touches within this angle, seen from the centre, are on one side and constrain the lateral
-/// position poorly.
-constexpr double kOneSideRad = 70.0 * kRadPerDeg;
-constexpr std::size_t kLeastHits = 6, kMostHits = 12;
-/// Margin to the ball that encloses all particles, within the previous one: the arm at the previous
-/// clear point stays clear of it.
-constexpr double kOutsideM = 0.008;
-
-double angle_rad(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-/// After the maximum number of touches. Suggests more room if its touches are on one side.
-PlanError too_uncertain(const Sought& one, const std::string& id) {
-  double widest_rad = 0.0;
-  for (const Vector3d& a : one.tips)
-    for (const Vector3d& b : one.tips)
-      widest_rad = std::max(widest_rad, angle_rad(a - one.centre_m, b - one.centre_m));
-  const char* todo = widest_rad < kOneSideRad
-                         ? "Give the arm more room around it, or measure its centre and state it "
-                           "as centre_mm"
-                         : "Measure its centre and state it as centre_mm";
-  const double u_mm = 2e3 * one.sigma_m, limit_mm = 2e3 * kFoundSigmaM;
-  return {PlanError::Kind::kNotFound, id,
-          fmt::format("sphere {}: centre ± {:.{}f} mm (k=2) after {} touches, limit {:g} mm. All "
-                      "lie within {:.0f} deg as seen from its centre. {}",
-                      id, u_mm, decimals_apart(u_mm, limit_mm, 1), one.tips.size(), limit_mm,
-                      widest_rad * kDegPerRad, todo)};
-}
-
-}  // namespace
 
 Ball ball_of_prior(const CentreParticles& particles) {
   return {particles.prior_mean(), particles.bound_m() + kWrongM};

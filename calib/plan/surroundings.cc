@@ -111,9 +111,7 @@ struct Surroundings::Thing {
         about_m = (high - low).norm() / 2.0 + kRoundingM;
         bound_gap_m = std::numeric_limits<double>::max();
         break;
-      case Form::kFloor:
-        about_m = std::numeric_limits<double>::max();
-        break;
+      case Form::kFloor: about_m = std::numeric_limits<double>::max(); break;
     }
   }
 
@@ -261,8 +259,7 @@ double Surroundings::bound_m(std::size_t i, const Segment& axis) const {
       const Vector3d a = thing.into * axis.a, b = thing.into * axis.b;
       return (a.cwiseMin(b) - thing.high).cwiseMax(thing.low - a.cwiseMax(b)).cwiseMax(0.0).norm();
     }
-    case Form::kFloor:
-      break;
+    case Form::kFloor: break;
   }
   return std::max(0.0, std::min(axis.a.dot(thing.up), axis.b.dot(thing.up)) - thing.height_m);
 }

@@ -25,6 +25,39 @@ constexpr int kPosesOfGoal = 150;
 constexpr int kTouchesOfGain = 10;  ///< that Goal::worth_it refers to
 constexpr int kLeastBatch = 10;
 
+/// A tip farther from every nominal surface is in contact with something else.
+constexpr double kNearM = 0.03;
+
+/// Point of the straight move from `from` to `to` nearest to `at`, as a share.
+double nearest_share(const JointVector& from, const JointVector& to, const JointVector& at) {
+  double along = 0.0, length = 0.0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    along += (at[i] - from[i]) * (to[i] - from[i]);
+    length += (to[i] - from[i]) * (to[i] - from[i]);
+  }
+  return length > 0.0 ? std::clamp(along / length, 0.0, 1.0) : 0.0;
+}
+
+bool is_on(const JointVector& from, const JointVector& to, const JointVector& at) {
+  if (from.size() != at.size() || to.size() != at.size()) return false;
+  const JointVector nearest = interpolated(from, to, nearest_share(from, to, at));
+  for (std::size_t i = 0; i < at.size(); ++i)
+    if (!(std::abs(at[i] - nearest[i]) <= kOnWayRad)) return false;
+  return true;
+}
+
+/// True on the search, or on the return from any of its points to the clear point.
+bool is_on_search(const SearchUnderWay& left, const JointVector& at) {
+  const JointVector& standoff = left.way.back();
+  if (is_on(standoff, left.end, at)) return true;
+  constexpr int kPlaces = 32;
+  for (int k = 0; k <= kPlaces; ++k)
+    if (is_on(interpolated(standoff, left.end, static_cast<double>(k) / kPlaces), left.out.front(),
+              at))
+      return true;
+  return false;
+}
+
 }  // namespace
 
 struct GoalBatches::Impl {
@@ -198,43 +231,6 @@ std::vector<JointVector> GoalBatches::way_home(const JointVector& from) const {
 }
 
 const Progress& GoalBatches::progress() const { return impl_->progress; }
-
-namespace {
-
-/// A tip farther from every nominal surface is in contact with something else.
-constexpr double kNearM = 0.03;
-
-/// Point of the straight move from `from` to `to` nearest to `at`, as a share.
-double nearest_share(const JointVector& from, const JointVector& to, const JointVector& at) {
-  double along = 0.0, length = 0.0;
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    along += (at[i] - from[i]) * (to[i] - from[i]);
-    length += (to[i] - from[i]) * (to[i] - from[i]);
-  }
-  return length > 0.0 ? std::clamp(along / length, 0.0, 1.0) : 0.0;
-}
-
-bool is_on(const JointVector& from, const JointVector& to, const JointVector& at) {
-  if (from.size() != at.size() || to.size() != at.size()) return false;
-  const JointVector nearest = interpolated(from, to, nearest_share(from, to, at));
-  for (std::size_t i = 0; i < at.size(); ++i)
-    if (!(std::abs(at[i] - nearest[i]) <= kOnWayRad)) return false;
-  return true;
-}
-
-/// True on the search, or on the return from any of its points to the clear point.
-bool is_on_search(const SearchUnderWay& left, const JointVector& at) {
-  const JointVector& standoff = left.way.back();
-  if (is_on(standoff, left.end, at)) return true;
-  constexpr int kPlaces = 32;
-  for (int k = 0; k <= kPlaces; ++k)
-    if (is_on(interpolated(standoff, left.end, static_cast<double>(k) / kPlaces), left.out.front(),
-              at))
-      return true;
-  return false;
-}
-
-}  // namespace
 
 struct TouchSequence::Impl {
   Impl(const Cell& cell, const TouchSequenceOptions& how, const std::vector<Touch>& touches)

@@ -16,6 +16,27 @@ double stretched_m(const ArmModel& arm) {
   return sum;
 }
 
+/// In the worst direction, in the middle posture.
+double off_by_arm_m(const Cell& cell) {
+  constexpr double kSigmas = 4.0, kMostM = 0.025;
+  const ArmModel arm(cell.robot, cell.tool);
+  const PreparedPose pose = arm.prepare(middle_posture(cell.robot));
+  const ArmErrors none = arm.errors(nullptr);
+  ArmChain chain;
+  arm.walk(pose, none, chain);
+  Eigen::VectorXd along(arm.size());
+  double most_m2 = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    arm.derivative_along(Eigen::Vector3d::Unit(axis), pose, none, chain, along.data());
+    double sum_m2 = 0.0;
+    for (int k = 0; k < arm.size(); ++k)
+      if (const ArmParameter& error = arm.parameters()[k]; error.kind <= ParameterKind::kBeta)
+        sum_m2 += std::pow(along[k] * error.sigma, 2);
+    most_m2 = std::max(most_m2, sum_m2);
+  }
+  return std::min(kSigmas * std::sqrt(2.0 * most_m2), kMostM);  // (64c)
+}
+
 }  // namespace
 
 double track_position_m(const ArmModel& arm, const Eigen::Vector3d& place_m, double margin_m,
@@ -63,31 +84,6 @@ double TrackOff::widened_m(double usual_m, const Eigen::Vector3d& place_m,
                            const JointVector& q) const {
   return any() ? std::hypot(usual_m, off_m(place(place_m), q[0])) : usual_m;
 }
-
-namespace {
-
-/// In the worst direction, in the middle posture.
-double off_by_arm_m(const Cell& cell) {
-  constexpr double kSigmas = 4.0, kMostM = 0.025;
-  const ArmModel arm(cell.robot, cell.tool);
-  const PreparedPose pose = arm.prepare(middle_posture(cell.robot));
-  const ArmErrors none = arm.errors(nullptr);
-  ArmChain chain;
-  arm.walk(pose, none, chain);
-  Eigen::VectorXd along(arm.size());
-  double most_m2 = 0.0;
-  for (int axis = 0; axis < 3; ++axis) {
-    arm.derivative_along(Eigen::Vector3d::Unit(axis), pose, none, chain, along.data());
-    double sum_m2 = 0.0;
-    for (int k = 0; k < arm.size(); ++k)
-      if (const ArmParameter& error = arm.parameters()[k]; error.kind <= ParameterKind::kBeta)
-        sum_m2 += std::pow(along[k] * error.sigma, 2);
-    most_m2 = std::max(most_m2, sum_m2);
-  }
-  return std::min(kSigmas * std::sqrt(2.0 * most_m2), kMostM);  // (64c)
-}
-
-}  // namespace
 
 PlanOptions with_tolerances(PlanOptions options, const Cell& cell) {
   constexpr double kUsuallyOffM = 0.015;  // of arms up to some 2.2 m of reach

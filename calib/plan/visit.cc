@@ -115,55 +115,6 @@ class Ways {
   std::map<std::pair<std::size_t, std::size_t>, Way> known_;
 };
 
-}  // namespace
-
-std::vector<std::size_t> order_by_ways(const Robot& robot, const Router& router,
-                                       const std::vector<ToVisit>& todo, const JointVector& start,
-                                       const Candidate* leaving, int most_orders) {
-  return Ways(robot, router, todo, start, leaving).shortest_order(most_orders, 1.0);
-}
-
-Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
-           const Router& router, std::vector<ToVisit> todo, const JointVector& start,
-           const Aim& aim) {
-  Ways ways(cell.robot, router, todo, start, nullptr);
-  Plan plan;
-  plan.start = start;
-  JointVector at = start;
-  std::size_t last = Ways::kStart;
-  const Candidate* leaving = nullptr;
-  for (const std::size_t next : ways.shortest_order(kMostOrders, kOrderingShare)) {
-    poll_cancelled();
-    report_progress(kOrderingShare + (1.0 - kOrderingShare) *
-                                         static_cast<double>(plan.touches.size()) /
-                                         static_cast<double>(todo.size()));
-    const Candidate& to = todo[next].candidate;
-    const Way& way = ways.way(last, next);
-    if (!way)
-      throw PlanError(
-          PlanError::Kind::kInTheWay, cell.targets[to.target].id,
-          fmt::format("{}: no clear way to its touch from direction {}: {}. Move it or what is "
-                      "in the way, or start from another posture",
-                      cell.targets[to.target].id, direction_words(to.normal),
-                      words_or(clearance.hit(at, to.standoff, kTipMarginM), kBlockedAround)));
-    plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
-    plan.touches.back().transit = *way;
-    if (aim) aim(to, plan.touches.back());
-    round_corners(clearance, leaving != nullptr ? leaving->end : JointVector{}, at,
-                  plan.touches.back());
-    leaving = &to;
-    at = to.clear;
-    last = next;
-  }
-  if (leaving != nullptr) {
-    const auto back = router.away(*leaving, start);
-    if (back) plan.home = *back;  // otherwise the arm stays at the clear point, which is free
-  }
-  return plan;
-}
-
-namespace {
-
 constexpr double kWorthIt = 1e-9;
 constexpr int kRounds = 50;  // over all pairs; typically ten are used
 constexpr std::size_t kLongestRun = 3;
@@ -264,6 +215,51 @@ class Path {
 };
 
 }  // namespace
+
+std::vector<std::size_t> order_by_ways(const Robot& robot, const Router& router,
+                                       const std::vector<ToVisit>& todo, const JointVector& start,
+                                       const Candidate* leaving, int most_orders) {
+  return Ways(robot, router, todo, start, leaving).shortest_order(most_orders, 1.0);
+}
+
+Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
+           const Router& router, std::vector<ToVisit> todo, const JointVector& start,
+           const Aim& aim) {
+  Ways ways(cell.robot, router, todo, start, nullptr);
+  Plan plan;
+  plan.start = start;
+  JointVector at = start;
+  std::size_t last = Ways::kStart;
+  const Candidate* leaving = nullptr;
+  for (const std::size_t next : ways.shortest_order(kMostOrders, kOrderingShare)) {
+    poll_cancelled();
+    report_progress(kOrderingShare + (1.0 - kOrderingShare) *
+                                         static_cast<double>(plan.touches.size()) /
+                                         static_cast<double>(todo.size()));
+    const Candidate& to = todo[next].candidate;
+    const Way& way = ways.way(last, next);
+    if (!way)
+      throw PlanError(
+          PlanError::Kind::kInTheWay, cell.targets[to.target].id,
+          fmt::format("{}: no clear way to its touch from direction {}: {}. Move it or what is "
+                      "in the way, or start from another posture",
+                      cell.targets[to.target].id, direction_words(to.normal),
+                      words_or(clearance.hit(at, to.standoff, kTipMarginM), kBlockedAround)));
+    plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
+    plan.touches.back().transit = *way;
+    if (aim) aim(to, plan.touches.back());
+    round_corners(clearance, leaving != nullptr ? leaving->end : JointVector{}, at,
+                  plan.touches.back());
+    leaving = &to;
+    at = to.clear;
+    last = next;
+  }
+  if (leaving != nullptr) {
+    const auto back = router.away(*leaving, start);
+    if (back) plan.home = *back;  // otherwise the arm stays at the clear point, which is free
+  }
+  return plan;
+}
 
 std::vector<std::size_t> short_order(const Eigen::MatrixXd& cost,
                                      const Eigen::VectorXd& from_start) {

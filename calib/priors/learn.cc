@@ -28,19 +28,14 @@ constexpr double kLeastFunctionRad = 0.5 * kRadPerArcsec;
 std::optional<SpreadKind> kind_of(const ParameterKey& key) {
   switch (key.kind) {
     case ParameterKind::kD:
-    case ParameterKind::kA:
-      return SpreadKind::kLength;
+    case ParameterKind::kA: return SpreadKind::kLength;
     case ParameterKind::kTheta:
     case ParameterKind::kAlpha:
-    case ParameterKind::kBeta:
-      return SpreadKind::kAngle;
-    case ParameterKind::kCompliance:
-      return SpreadKind::kCompliance;
+    case ParameterKind::kBeta: return SpreadKind::kAngle;
+    case ParameterKind::kCompliance: return SpreadKind::kCompliance;
     case ParameterKind::kCosine:
-    case ParameterKind::kSine:
-      return SpreadKind::kGear;
-    default:
-      return std::nullopt;
+    case ParameterKind::kSine: return SpreadKind::kGear;
+    default: return std::nullopt;
   }
 }
 
@@ -214,54 +209,6 @@ void set_default_orders(Robot& robot) {
   }
 }
 
-}  // namespace
-
-Robot commonest_nominal_geometry(const std::vector<ArmEvidence>& arms) {
-  if (arms.empty()) throw std::invalid_argument("no arms, no nominal geometry");
-  std::map<std::string, int> counts;
-  for (const ArmEvidence& arm : arms) ++counts[arm.nominal_geometry];
-  const auto most = std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; });
-  std::vector<const Robot*> robots;
-  for (const ArmEvidence& arm : arms)
-    if (arm.nominal_geometry == most->first) robots.push_back(&arm.robot);
-  std::ranges::sort(robots, {},
-                    [](const Robot* r) { return std::pair(tolerances(*r), robot_to_toml(*r)); });
-  return *robots[robots.size() / 2];
-}
-
-Learned learn(const Robot& nominal, std::vector<ArmEvidence> arms) {
-  Learned learned;
-  FleetPriors& priors = learned.priors;
-  priors.robot = nominal.name;
-  priors.nominal_geometry = nominal_geometry_sha256(nominal);
-  keep_nominal_geometry(priors.nominal_geometry, arms, learned.set_aside);
-  sort_by_evidence(arms);
-  drop_duplicates(arms, learned.set_aside);
-  priors.arms = static_cast<int>(arms.size());
-  if (priors.arms < kFewestArms) {
-    learned.none = NoPriors::kTooFewArms;
-  } else {
-    const Drawn drawn(nominal);
-    std::vector<ArmRows> rows;
-    for (const ArmEvidence& arm : arms) rows.push_back(drawn.rows_of(arm));
-    const Population p = population_of(rows, drawn.groups);
-    const int outliers = report_set_aside(arms, p, learned.set_aside);
-    priors.arms = static_cast<int>(std::ranges::count(p.use, true));
-    if (outliers > kMostOutliers * (priors.arms + outliers))
-      learned.none = NoPriors::kNotOnePopulation;
-    else if (priors.arms < kFewestArms)
-      learned.none = NoPriors::kTooFewArms;
-    else
-      priors.joints = joints_of(drawn, nominal, p.spreads);
-    learn_functions(arms, p.use, priors.joints);  // of no joints without priors
-  }
-  std::ranges::sort(learned.set_aside, {},
-                    [](const SetAside& one) { return std::tie(one.name, one.kind, one.other); });
-  return learned;
-}
-
-namespace {
-
 /// A direction in which the touches reduce the prior variance by less than a fiftieth carries almost no
 /// information, and the error of the moments of a mean over levels would be amplified by the root of fifty.
 constexpr double kDecidedByPrior = 0.98;
@@ -355,6 +302,50 @@ std::optional<SetAsideKind> divide_out(const Eigen::VectorXd& mean,
 }
 
 }  // namespace
+
+Robot commonest_nominal_geometry(const std::vector<ArmEvidence>& arms) {
+  if (arms.empty()) throw std::invalid_argument("no arms, no nominal geometry");
+  std::map<std::string, int> counts;
+  for (const ArmEvidence& arm : arms) ++counts[arm.nominal_geometry];
+  const auto most = std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; });
+  std::vector<const Robot*> robots;
+  for (const ArmEvidence& arm : arms)
+    if (arm.nominal_geometry == most->first) robots.push_back(&arm.robot);
+  std::ranges::sort(robots, {},
+                    [](const Robot* r) { return std::pair(tolerances(*r), robot_to_toml(*r)); });
+  return *robots[robots.size() / 2];
+}
+
+Learned learn(const Robot& nominal, std::vector<ArmEvidence> arms) {
+  Learned learned;
+  FleetPriors& priors = learned.priors;
+  priors.robot = nominal.name;
+  priors.nominal_geometry = nominal_geometry_sha256(nominal);
+  keep_nominal_geometry(priors.nominal_geometry, arms, learned.set_aside);
+  sort_by_evidence(arms);
+  drop_duplicates(arms, learned.set_aside);
+  priors.arms = static_cast<int>(arms.size());
+  if (priors.arms < kFewestArms) {
+    learned.none = NoPriors::kTooFewArms;
+  } else {
+    const Drawn drawn(nominal);
+    std::vector<ArmRows> rows;
+    for (const ArmEvidence& arm : arms) rows.push_back(drawn.rows_of(arm));
+    const Population p = population_of(rows, drawn.groups);
+    const int outliers = report_set_aside(arms, p, learned.set_aside);
+    priors.arms = static_cast<int>(std::ranges::count(p.use, true));
+    if (outliers > kMostOutliers * (priors.arms + outliers))
+      learned.none = NoPriors::kNotOnePopulation;
+    else if (priors.arms < kFewestArms)
+      learned.none = NoPriors::kTooFewArms;
+    else
+      priors.joints = joints_of(drawn, nominal, p.spreads);
+    learn_functions(arms, p.use, priors.joints);  // of no joints without priors
+  }
+  std::ranges::sort(learned.set_aside, {},
+                    [](const SetAside& one) { return std::tie(one.name, one.kind, one.other); });
+  return learned;
+}
 
 std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& c) {
   if (!c.verdict.publish()) return SetAsideKind::kWithheld;

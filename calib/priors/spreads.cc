@@ -106,61 +106,6 @@ Derivatives derivatives(const std::vector<ArmRows>& arms, const std::vector<bool
   return d;
 }
 
-}  // namespace
-
-ArmFit fit_of(const ArmRows& arm, const Groups& groups, const LogSpreads& spreads) {
-  const Cholesky v = predicted(arm, variances(groups, spreads));
-  // Rows with a ratio of 1e15 do not come from touches.
-  if (!v.positive()) return {kNever, -kNever};
-  const double chi2 = v.whitened(arm.values).squaredNorm();
-  return {chi2, -0.5 * (v.log_det() + chi2)};
-}
-
-Eigen::VectorXd likely_errors(const ArmRows& arm, const Groups& groups, const LogSpreads& spreads) {
-  const Eigen::VectorXd t = variances(groups, spreads);
-  return t.asDiagonal() * (arm.rows.transpose() * predicted(arm, t).solve(arm.values));
-}
-
-double deviate(double chi2, Eigen::Index degrees_of_freedom) {
-  const double share = 2.0 / (9.0 * static_cast<double>(degrees_of_freedom));
-  return (std::cbrt(chi2 / static_cast<double>(degrees_of_freedom)) - (1.0 - share)) /
-         std::sqrt(share);
-}
-
-SpreadFit fit_spreads(const std::vector<ArmRows>& arms, const std::vector<bool>& use,
-                      const Groups& groups, const LogSpreads& start) {
-  const HyperPrior prior = hyper_prior(groups);
-  SpreadFit fit;
-  fit.mode = start;
-  Derivatives d = derivatives(arms, use, groups, fit.mode);
-  for (int step = 0; step < kMostSteps; ++step) {
-    const Eigen::VectorXd way = Cholesky(d.information + prior.curvature(fit.mode))
-                                    .solve(Eigen::VectorXd(d.score + prior.score(fit.mode)));
-    double length = std::min(1.0, kLongestStep / std::max(kSettled, way.lpNorm<Eigen::Infinity>()));
-    const double before = d.log_evidence + prior.log_density(fit.mode);
-    LogSpreads next = fit.mode;
-    // Scoring steps usually increase the likelihood; otherwise the step is halved.
-    for (int half = 0; half < 10; ++half, length /= 2.0) {
-      next = (fit.mode + length * way).cwiseMax(-kFarthest).cwiseMin(kFarthest);
-      d = derivatives(arms, use, groups, next);
-      if (d.log_evidence + prior.log_density(next) >= before) break;
-    }
-    const double moved = (next - fit.mode).lpNorm<Eigen::Infinity>();
-    fit.mode = next;
-    if (moved < kSettled) break;
-  }
-  const Eigen::MatrixXd before = prior.information();
-  const Eigen::MatrixXd unknown = Cholesky(d.information + before).inverse();
-  const Eigen::MatrixXd sandwich = unknown * (d.score_square + before) * unknown;
-  fit.sigma = unknown.diagonal().cwiseMax(sandwich.diagonal()).cwiseSqrt();
-  fit.arms = Eigen::VectorXd::Zero(groups.size());
-  for (const Eigen::Index g : groups.of_error) fit.arms[g] += 2.0;
-  fit.arms = d.information.diagonal().cwiseQuotient(fit.arms);
-  return fit;
-}
-
-namespace {
-
 /// In sigmas of chi^2: exceeded by one in 16 000 consistent arms.
 constexpr double kGate = 4.0;
 constexpr int kRounds = 20;
@@ -276,6 +221,57 @@ void find_same_arms(const std::vector<ArmRows>& arms, const Groups& groups, Popu
 }
 
 }  // namespace
+
+ArmFit fit_of(const ArmRows& arm, const Groups& groups, const LogSpreads& spreads) {
+  const Cholesky v = predicted(arm, variances(groups, spreads));
+  // Rows with a ratio of 1e15 do not come from touches.
+  if (!v.positive()) return {kNever, -kNever};
+  const double chi2 = v.whitened(arm.values).squaredNorm();
+  return {chi2, -0.5 * (v.log_det() + chi2)};
+}
+
+Eigen::VectorXd likely_errors(const ArmRows& arm, const Groups& groups, const LogSpreads& spreads) {
+  const Eigen::VectorXd t = variances(groups, spreads);
+  return t.asDiagonal() * (arm.rows.transpose() * predicted(arm, t).solve(arm.values));
+}
+
+double deviate(double chi2, Eigen::Index degrees_of_freedom) {
+  const double share = 2.0 / (9.0 * static_cast<double>(degrees_of_freedom));
+  return (std::cbrt(chi2 / static_cast<double>(degrees_of_freedom)) - (1.0 - share)) /
+         std::sqrt(share);
+}
+
+SpreadFit fit_spreads(const std::vector<ArmRows>& arms, const std::vector<bool>& use,
+                      const Groups& groups, const LogSpreads& start) {
+  const HyperPrior prior = hyper_prior(groups);
+  SpreadFit fit;
+  fit.mode = start;
+  Derivatives d = derivatives(arms, use, groups, fit.mode);
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Eigen::VectorXd way = Cholesky(d.information + prior.curvature(fit.mode))
+                                    .solve(Eigen::VectorXd(d.score + prior.score(fit.mode)));
+    double length = std::min(1.0, kLongestStep / std::max(kSettled, way.lpNorm<Eigen::Infinity>()));
+    const double before = d.log_evidence + prior.log_density(fit.mode);
+    LogSpreads next = fit.mode;
+    // Scoring steps usually increase the likelihood; otherwise the step is halved.
+    for (int half = 0; half < 10; ++half, length /= 2.0) {
+      next = (fit.mode + length * way).cwiseMax(-kFarthest).cwiseMin(kFarthest);
+      d = derivatives(arms, use, groups, next);
+      if (d.log_evidence + prior.log_density(next) >= before) break;
+    }
+    const double moved = (next - fit.mode).lpNorm<Eigen::Infinity>();
+    fit.mode = next;
+    if (moved < kSettled) break;
+  }
+  const Eigen::MatrixXd before = prior.information();
+  const Eigen::MatrixXd unknown = Cholesky(d.information + before).inverse();
+  const Eigen::MatrixXd sandwich = unknown * (d.score_square + before) * unknown;
+  fit.sigma = unknown.diagonal().cwiseMax(sandwich.diagonal()).cwiseSqrt();
+  fit.arms = Eigen::VectorXd::Zero(groups.size());
+  for (const Eigen::Index g : groups.of_error) fit.arms[g] += 2.0;
+  fit.arms = d.information.diagonal().cwiseQuotient(fit.arms);
+  return fit;
+}
 
 Population population_of(const std::vector<ArmRows>& arms, const Groups& groups) {
   Population p;

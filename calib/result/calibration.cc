@@ -35,6 +35,19 @@ constexpr EnumTable<UncertaintySource, SourceUnit> kSourceUnits{
      {UncertaintySource::kRipple, kArcsec},
      {UncertaintySource::kModel, kMm}}};
 
+/// Index of each of the arm's parameters in the calibration, -1 if absent.
+std::vector<Eigen::Index> places(const ArmModel& arm, const Calibration& c) {
+  std::map<ParameterKey, Eigen::Index> index;
+  for (std::size_t i = 0; i < c.parameters.size(); ++i)
+    index[c.parameters[i].key] = static_cast<Eigen::Index>(i);
+  std::vector<Eigen::Index> at;
+  for (const ArmParameter& parameter : arm.parameters()) {
+    const auto found = index.find(parameter);
+    at.push_back(found == index.end() ? -1 : found->second);
+  }
+  return at;
+}
+
 }  // namespace
 
 SourceUnit unit_of(UncertaintySource source) { return kSourceUnits[source]; }
@@ -74,8 +87,7 @@ std::vector<ZeroOffset> zero_offsets(const Calibration& c) {
   for (std::size_t i = 0; i < c.cell.robot.joints.size(); ++i) {
     const Joint& joint = c.cell.robot.joints[i];
     if (const auto* found = find(c, joint_parameter(ParameterKind::kTheta, i)))
-      all.push_back(
-          {joint.name, joint.sign * found->correction, found->sigma, found->decided_by});
+      all.push_back({joint.name, joint.sign * found->correction, found->sigma, found->decided_by});
   }
   return all;
 }
@@ -129,37 +141,14 @@ double stated_value(const Cell& cell, const ParameterKey& parameter) {
   if (!is_geometric(parameter.kind)) return 0.0;
   const Joint& joint = cell.robot.joints.at(static_cast<std::size_t>(parameter.joint));
   switch (parameter.kind) {
-    case ParameterKind::kTheta:
-      return joint.offset_rad;
-    case ParameterKind::kD:
-      return joint.d_m;
-    case ParameterKind::kA:
-      return joint.a_m;
-    case ParameterKind::kAlpha:
-      return joint.alpha_rad;
-    case ParameterKind::kGuide:
-      return 0.0;
-    default:
-      return joint.beta_rad;
+    case ParameterKind::kTheta: return joint.offset_rad;
+    case ParameterKind::kD: return joint.d_m;
+    case ParameterKind::kA: return joint.a_m;
+    case ParameterKind::kAlpha: return joint.alpha_rad;
+    case ParameterKind::kGuide: return 0.0;
+    default: return joint.beta_rad;
   }
 }
-
-namespace {
-
-/// Index of each of the arm's parameters in the calibration, -1 if absent.
-std::vector<Eigen::Index> places(const ArmModel& arm, const Calibration& c) {
-  std::map<ParameterKey, Eigen::Index> index;
-  for (std::size_t i = 0; i < c.parameters.size(); ++i)
-    index[c.parameters[i].key] = static_cast<Eigen::Index>(i);
-  std::vector<Eigen::Index> at;
-  for (const ArmParameter& parameter : arm.parameters()) {
-    const auto found = index.find(parameter);
-    at.push_back(found == index.end() ? -1 : found->second);
-  }
-  return at;
-}
-
-}  // namespace
 
 Eigen::VectorXd arm_values(const ArmModel& arm, const Calibration& c) {
   const auto at = places(arm, c);

@@ -285,8 +285,8 @@ struct Calibration {
   double log_evidence = 0.0;
   std::vector<ParameterResult> parameters;
   std::vector<TargetResult> targets;
-  std::vector<LengthResult> lengths;          ///< with both ends touched
-  std::vector<PositionerLine> positioner;     ///< its axes, base outwards
+  std::vector<LengthResult> lengths;       ///< with both ends touched
+  std::vector<PositionerLine> positioner;  ///< its axes, base outwards
   std::optional<LinearUnitLine> linear_unit;
   std::vector<ArtefactBias> artefact_biases;  ///< of spheres and wires; not written to files
   ResidualSummary before, after, check_before, check;
@@ -304,7 +304,7 @@ struct Calibration {
   /// Mean error predicted from the tolerances for any arm of this model, over the same poses; not
   /// written to files.
   double tolerated_near_targets_m = 0.0, tolerated_workspace_m = 0.0;
-  std::vector<UncertaintyLine> uncertainty;                    ///< empty: not computed
+  std::vector<UncertaintyLine> uncertainty;  ///< empty: not computed
   /// Postures that span where trackers alone measured the arm, and so its base: M2 and u95 hold
   /// there (calib/estimate/region.h). Empty: other targets were touched.
   std::vector<JointVector> region;

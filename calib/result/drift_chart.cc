@@ -24,17 +24,13 @@ DriftAdvice remedy_of(CheckVerdict verdict, ChangeKind change) {
   if (verdict == CheckVerdict::kHolds) return DriftAdvice::kNone;
   if (verdict == CheckVerdict::kUndecided) return DriftAdvice::kCheckAgain;
   switch (change) {
-    case ChangeKind::kTouch:
-      return DriftAdvice::kCheckAgain;
-    case ChangeKind::kGrowth:
-      return DriftAdvice::kLetItWarmUp;
-    case ChangeKind::kTool:
-      return DriftAdvice::kReMeasureTcp;
+    case ChangeKind::kTouch: return DriftAdvice::kCheckAgain;
+    case ChangeKind::kGrowth: return DriftAdvice::kLetItWarmUp;
+    case ChangeKind::kTool: return DriftAdvice::kReMeasureTcp;
     case ChangeKind::kNothing:  // too few touches made contact
     case ChangeKind::kSphere:
     case ChangeKind::kJoint:
-    case ChangeKind::kPositioner:
-      break;
+    case ChangeKind::kPositioner: break;
   }
   return DriftAdvice::kRecalibrate;
 }
@@ -72,18 +68,6 @@ Phrase span_phrase(double span_s) {
   return {"say.drift.span.days", {{"n", span_s / kDayS}}};
 }
 
-}  // namespace
-
-std::string date_words(double time_s) {
-  const std::chrono::sys_days day{
-      std::chrono::days(static_cast<int>(std::floor(time_s / 86400.0)))};
-  const std::chrono::year_month_day date(day);
-  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()),
-                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
-}
-
-namespace {
-
 /// "since check 2 (2026-11-25)"
 Phrase since_phrase(std::int64_t session, double time_s) {
   return {"say.drift.since", {{"session", session}, {"date", date_words(time_s)}}};
@@ -94,10 +78,9 @@ Phrase not_held_phrase(const CheckMeasurement& newest, const NotHeld& run) {
   Phrase all{"say.drift.not_held",
              {{"session", newest.session}, {"date", date_words(newest.time_s)}}};
   if (newest.tcp_shift_m && (!newest.change || newest.change->kind == ChangeKind::kTool))
-    all = joined(
-        "say.join.colon", all,
-        {"say.session.shift",
-         {{"mm", *newest.tcp_shift_m * kMmPerM}, {"u", newest.u_tcp_shift_m * kMmPerM}}});
+    all = joined("say.join.colon", all,
+                 {"say.session.shift",
+                  {{"mm", *newest.tcp_shift_m * kMmPerM}, {"u", newest.u_tcp_shift_m * kMmPerM}}});
   if (run.since != newest.session)
     all = joined("say.join.comma", all, since_phrase(run.since, run.since_s));
   return newest.change ? joined("say.join.semicolon", all, phrase(*newest.change)) : all;
@@ -119,7 +102,26 @@ Phrase limits_phrase(const DriftChart& chart) {
            {"warn_run", chart.warns.run_length}}};
 }
 
+Phrase opening_of(const DriftEvent& event) {
+  switch (event.kind) {
+    case DriftEventKind::kUpdated: return {"say.event.updated", {{"session", event.session}}};
+    case DriftEventKind::kActivated:
+      return {"say.event.activated",
+              {{"session", event.session}, {"by", event.by}, {"reason", event.reason}}};
+    case DriftEventKind::kCalibrated: break;
+  }
+  return {"say.event.calibrated", {{"session", event.session}}};
+}
+
 }  // namespace
+
+std::string date_words(double time_s) {
+  const std::chrono::sys_days day{
+      std::chrono::days(static_cast<int>(std::floor(time_s / 86400.0)))};
+  const std::chrono::year_month_day date(day);
+  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+}
 
 Phrase state_phrase(const DriftChart& chart) {
   if (chart.not_held && chart.newest_decided() != nullptr)
@@ -129,9 +131,8 @@ Phrase state_phrase(const DriftChart& chart) {
   if (chart.state == DriftState::kTooFew || newest == nullptr || chart.newest_decided() == nullptr)
     return {"say.drift.too_few", {{"counted", chart.counted}, {"least", chart.least}}};
   if (chart.state == DriftState::kUnknown)
-    return {
-        "say.drift.unknown",
-        {{"date", date_words(chart.newest_decided()->time_s)}, {"undecided", chart.undecided}}};
+    return {"say.drift.unknown",
+            {{"date", date_words(chart.newest_decided()->time_s)}, {"undecided", chart.undecided}}};
   if (chart.state == DriftState::kAlarms && !chart.trend && chart.alarmed_at)
     return {"say.drift.active",
             {{"session", *chart.alarmed_at},
@@ -162,9 +163,9 @@ Phrase trend_phrase(const DriftChart& chart) {
                        {"since", since_phrase(trend.since, trend.since_s)}}};
   if (trend.causes.empty()) return course;
   const Explanation& cause = trend.causes.front();
-  return joined("say.join.comma", course,
-                {"say.drift.cause",
-                 {{"percent", 100.0 * cause.probability}, {"cause", phrase(cause)}}});
+  return joined(
+      "say.join.comma", course,
+      {"say.drift.cause", {{"percent", 100.0 * cause.probability}, {"cause", phrase(cause)}}});
 }
 
 std::vector<Phrase> phrases(const DriftChart& chart) {
@@ -185,23 +186,6 @@ std::vector<std::string> words(const DriftChart& chart) {
   for (const Phrase& line : phrases(chart)) lines.push_back(words(line));
   return lines;
 }
-
-namespace {
-
-Phrase opening_of(const DriftEvent& event) {
-  switch (event.kind) {
-    case DriftEventKind::kUpdated:
-      return {"say.event.updated", {{"session", event.session}}};
-    case DriftEventKind::kActivated:
-      return {"say.event.activated",
-              {{"session", event.session}, {"by", event.by}, {"reason", event.reason}}};
-    case DriftEventKind::kCalibrated:
-      break;
-  }
-  return {"say.event.calibrated", {{"session", event.session}}};
-}
-
-}  // namespace
 
 Phrase phrase(const DriftEvent& event) {
   constexpr const char* kJoin = "say.join.comma";

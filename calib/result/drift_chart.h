@@ -31,9 +31,10 @@ struct DriftEvent {
   std::int64_t session = 0;  ///< of the calibration
   double time_s = 0.0;       ///< since 1970, UTC; 0: unknown
   bool cell_changed = false, robot_changed = false;
-  std::optional<double> tcp_moved_m = {};  ///< another tool: distance of its TCP from the one before
-  bool accepted = false;                   ///< a change of the arm, by an operator
-  std::string by = {}, reason = {};        ///< kActivated
+  std::optional<double> tcp_moved_m =
+      {};                            ///< another tool: distance of its TCP from the one before
+  bool accepted = false;             ///< a change of the arm, by an operator
+  std::string by = {}, reason = {};  ///< kActivated
 };
 
 /// "update (session 12): tool changed, TCP moved by 1.250 mm"
@@ -135,8 +136,9 @@ struct DriftChart {
   std::optional<DriftTrend> trend = {};              ///< if it warns or alarms
   std::optional<std::int64_t> alarmed_at = {};       ///< the check that raised the current alarm
   std::optional<NotHeld> not_held = {};  ///< set if the newest decided check does not hold
-  std::vector<OtherChart> others = {};  ///< oldest calibration first
-  std::vector<DriftEvent> events = {};  ///< of the cell since the oldest of these charts, oldest first
+  std::vector<OtherChart> others = {};   ///< oldest calibration first
+  std::vector<DriftEvent> events =
+      {};  ///< of the cell since the oldest of these charts, oldest first
 
   /// The newest check that held or did not; null if there is none.
   const CheckMeasurement* newest_decided() const;

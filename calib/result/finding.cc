@@ -20,93 +20,6 @@ Subject about(Subject::Of of, std::string name) {
   return subject;
 }
 
-}  // namespace
-
-Subject about_touch(std::size_t index, const Touch& touch) {
-  return after(about(Subject::Of::kTouch, touch.target), index, touch);
-}
-Subject about_target(const Target& target) {
-  Subject subject = about(Subject::Of::kTarget, target.id);
-  subject.target_kind = target.kind;
-  return subject;
-}
-Subject about_joint(std::string name) { return about(Subject::Of::kJoint, std::move(name)); }
-Subject about_tool(std::string name) { return about(Subject::Of::kTool, std::move(name)); }
-Subject about_positioner(std::string axis) {
-  return about(Subject::Of::kPositioner, std::move(axis));
-}
-Subject about_length(std::string from, std::string to) {
-  Subject subject = about(Subject::Of::kLength, std::move(from));
-  subject.other_end = std::move(to);
-  return subject;
-}
-Subject about_parameter(const Cell& cell, const ParameterKey& key) {
-  Subject subject = about(Subject::Of::kParameter, parameter_name(cell, key));
-  subject.parameter = key;
-  return subject;
-}
-Subject about_robot(std::string file, std::string name) {
-  Subject subject = about(Subject::Of::kRobot, std::move(file));
-  subject.other_end = std::move(name);
-  return subject;
-}
-Subject after(Subject subject, std::size_t index, const Touch& touch) {
-  subject.touch = index;
-  subject.line = touch.line;
-  return subject;
-}
-
-Quantity in_mm(std::string name, double m, double sigma_m) {
-  return {std::move(name), m * kMmPerM, "mm", sigma_m * kMmPerM};
-}
-
-Quantity in_deg(std::string name, double rad, double sigma_rad) {
-  return {std::move(name), rad * kDegPerRad, "deg", sigma_rad * kDegPerRad};
-}
-
-std::vector<Quantity> shift_in_mm(const Eigen::Vector3d& shift_m, double sigma_m) {
-  const Eigen::Vector3d mm = shift_m * kMmPerM;
-  return {{"shift", mm.norm(), "mm", sigma_m * kMmPerM},
-          {"x", mm.x(), "mm"},
-          {"y", mm.y(), "mm"},
-          {"z", mm.z(), "mm"}};
-}
-
-Finding likely(LikelyCause cause, Subject about, std::vector<Quantity> evidence,
-               std::vector<FindingPart> parts) {
-  Finding finding{FindingKind::kLikelyCause, Severity::kWithholds, std::move(about),
-                  std::move(evidence), std::move(parts)};
-  finding.cause = cause;
-  return finding;
-}
-
-const Quantity* find(const std::vector<Quantity>& evidence, const std::string& name) {
-  const auto its = std::find_if(evidence.begin(), evidence.end(),
-                                [&](const Quantity& one) { return one.name == name; });
-  return its == evidence.end() ? nullptr : &*its;
-}
-
-double value(const std::vector<Quantity>& evidence, const std::string& name) {
-  const Quantity* its = find(evidence, name);
-  return its == nullptr ? std::numeric_limits<double>::quiet_NaN() : its->value;
-}
-
-const Finding* first(const std::vector<Finding>& findings, FindingKind kind) {
-  const auto its = std::find_if(findings.begin(), findings.end(),
-                                [&](const Finding& one) { return one.kind == kind; });
-  return its == findings.end() ? nullptr : &*its;
-}
-
-bool has(const std::vector<Finding>& findings, FindingKind kind) {
-  return first(findings, kind) != nullptr;
-}
-
-void erase(std::vector<Finding>& findings, FindingKind kind) {
-  std::erase_if(findings, [&](const Finding& one) { return one.kind == kind; });
-}
-
-namespace {
-
 Phrase passed_on(const Finding& f) { return f.text; }
 
 Phrase still_with_model_error(const Finding& f) {
@@ -194,8 +107,7 @@ Phrase own_opening(const Finding& f) {
   const auto about = [&](const char* id) { return sentences::said(id, f); };
   switch (f.kind) {
     case FindingKind::kCertifiedLength:
-    case FindingKind::kCertifiedTwice:
-      return about("say.opening.certified_length");
+    case FindingKind::kCertifiedTwice: return about("say.opening.certified_length");
     case FindingKind::kArtefactSize:
       if (!sentences::has(f, "longer")) return about("say.opening.diameter");
       return about(f.about.name.empty() ? "say.opening.all_wires" : "say.opening.wire");
@@ -210,12 +122,94 @@ Phrase own_opening(const Finding& f) {
       if (f.parts.size() != 1) return "say.opening.jumped";
       return f.parts.front().about.of == Subject::Of::kTool ? "say.opening.jumped.tool"
                                                             : "say.opening.jumped.joint";
-    default:
-      return {};
+    default: return {};
   }
 }
 
 }  // namespace
+
+Subject about_touch(std::size_t index, const Touch& touch) {
+  return after(about(Subject::Of::kTouch, touch.target), index, touch);
+}
+Subject about_target(const Target& target) {
+  Subject subject = about(Subject::Of::kTarget, target.id);
+  subject.target_kind = target.kind;
+  return subject;
+}
+Subject about_joint(std::string name) { return about(Subject::Of::kJoint, std::move(name)); }
+Subject about_tool(std::string name) { return about(Subject::Of::kTool, std::move(name)); }
+Subject about_positioner(std::string axis) {
+  return about(Subject::Of::kPositioner, std::move(axis));
+}
+Subject about_length(std::string from, std::string to) {
+  Subject subject = about(Subject::Of::kLength, std::move(from));
+  subject.other_end = std::move(to);
+  return subject;
+}
+Subject about_parameter(const Cell& cell, const ParameterKey& key) {
+  Subject subject = about(Subject::Of::kParameter, parameter_name(cell, key));
+  subject.parameter = key;
+  return subject;
+}
+Subject about_robot(std::string file, std::string name) {
+  Subject subject = about(Subject::Of::kRobot, std::move(file));
+  subject.other_end = std::move(name);
+  return subject;
+}
+Subject after(Subject subject, std::size_t index, const Touch& touch) {
+  subject.touch = index;
+  subject.line = touch.line;
+  return subject;
+}
+
+Quantity in_mm(std::string name, double m, double sigma_m) {
+  return {std::move(name), m * kMmPerM, "mm", sigma_m * kMmPerM};
+}
+
+Quantity in_deg(std::string name, double rad, double sigma_rad) {
+  return {std::move(name), rad * kDegPerRad, "deg", sigma_rad * kDegPerRad};
+}
+
+std::vector<Quantity> shift_in_mm(const Eigen::Vector3d& shift_m, double sigma_m) {
+  const Eigen::Vector3d mm = shift_m * kMmPerM;
+  return {{"shift", mm.norm(), "mm", sigma_m * kMmPerM},
+          {"x", mm.x(), "mm"},
+          {"y", mm.y(), "mm"},
+          {"z", mm.z(), "mm"}};
+}
+
+Finding likely(LikelyCause cause, Subject about, std::vector<Quantity> evidence,
+               std::vector<FindingPart> parts) {
+  Finding finding{FindingKind::kLikelyCause, Severity::kWithholds, std::move(about),
+                  std::move(evidence), std::move(parts)};
+  finding.cause = cause;
+  return finding;
+}
+
+const Quantity* find(const std::vector<Quantity>& evidence, const std::string& name) {
+  const auto its = std::find_if(evidence.begin(), evidence.end(),
+                                [&](const Quantity& one) { return one.name == name; });
+  return its == evidence.end() ? nullptr : &*its;
+}
+
+double value(const std::vector<Quantity>& evidence, const std::string& name) {
+  const Quantity* its = find(evidence, name);
+  return its == nullptr ? std::numeric_limits<double>::quiet_NaN() : its->value;
+}
+
+const Finding* first(const std::vector<Finding>& findings, FindingKind kind) {
+  const auto its = std::find_if(findings.begin(), findings.end(),
+                                [&](const Finding& one) { return one.kind == kind; });
+  return its == findings.end() ? nullptr : &*its;
+}
+
+bool has(const std::vector<Finding>& findings, FindingKind kind) {
+  return first(findings, kind) != nullptr;
+}
+
+void erase(std::vector<Finding>& findings, FindingKind kind) {
+  std::erase_if(findings, [&](const Finding& one) { return one.kind == kind; });
+}
 
 Phrase sentence_phrase(const Finding& f) {
   const Wording* wording = wording_of(f.kind);

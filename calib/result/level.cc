@@ -14,6 +14,7 @@
 namespace cellcal::calib {
 
 namespace {
+
 /// Published transmission errors of industrial arms are 10 to 60 arcsec per revolution; the lower
 /// end, since the evidence may raise it.
 constexpr double kTypicalTransmissionRad = 10.0 * kRadPerArcsec;
@@ -86,6 +87,44 @@ double largest_transmission_rad(const Cell& cell) {
   return largest;
 }
 
+/// Parts of the model by evidence of the touches or by the robot file.
+void add_learnt(const Robot& robot, Phrase& all) {
+  if (stated(robot, &Joint::bearing_sigma_rad_per_nm))
+    all = joined("say.join.comma", all, "say.level.bearings");
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const Joint& joint : robot.joints) {
+    double rms_rad = std::hypot(joint.function_sigma_rad, joint.function_fast_sigma_rad);
+    for (const JointWave& wave : joint.waves) rms_rad = std::hypot(rms_rad, wave.sigma_rad);
+    if (!(rms_rad > 0.0)) continue;
+    const double arcsec = rms_rad / kRadPerArcsec;
+    least = std::min(least, arcsec);
+    most = std::max(most, arcsec);
+  }
+  if (most > 0.0)
+    all =
+        joined("say.join.comma", all, {"say.level.functions", {{"least", least}, {"most", most}}});
+}
+
+Phrase mean_phrase(const Calibration& c) {
+  if (c.levels.empty()) return "say.level.mean.unknown";
+  double play = 0.0;
+  std::map<double, double> share;  // by size of the compliance
+  for (const LevelEvidence& l : c.levels) {
+    share[l.level.compliance] += l.probability;
+    play += l.level.play > 0.0 ? l.probability : 0.0;
+  }
+  Phrase sizes;
+  for (const auto& [size, probability] : share)
+    sizes = joined("say.join.comma", sizes,
+                   {"say.level.mean.size", {{"size", size}, {"percent", 100.0 * probability}}});
+  return {c.level.play > 0.0 ? "say.level.mean.play" : "say.level.mean",
+          {{"levels", c.levels.size()},
+           {"sizes", sizes},
+           {"play", 100.0 * play},
+           {"percent", 100.0 * c.levels.front().probability},
+           {"likeliest", phrase(c.cell, c.levels.front().level)}}};
+}
+
 }  // namespace
 
 Cell at_level(const Cell& cell, const ModelLevel& level, std::span<const Touch> touches) {
@@ -126,28 +165,6 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
   return result;
 }
 
-namespace {
-
-/// Parts of the model by evidence of the touches or by the robot file.
-void add_learnt(const Robot& robot, Phrase& all) {
-  if (stated(robot, &Joint::bearing_sigma_rad_per_nm))
-    all = joined("say.join.comma", all, "say.level.bearings");
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
-  for (const Joint& joint : robot.joints) {
-    double rms_rad = std::hypot(joint.function_sigma_rad, joint.function_fast_sigma_rad);
-    for (const JointWave& wave : joint.waves) rms_rad = std::hypot(rms_rad, wave.sigma_rad);
-    if (!(rms_rad > 0.0)) continue;
-    const double arcsec = rms_rad / kRadPerArcsec;
-    least = std::min(least, arcsec);
-    most = std::max(most, arcsec);
-  }
-  if (most > 0.0)
-    all =
-        joined("say.join.comma", all, {"say.level.functions", {{"least", least}, {"most", most}}});
-}
-
-}  // namespace
-
 Phrase phrase(const Cell& cell, const ModelLevel& level) {
   Phrase all("say.level.geometry");
   const auto add = [&all](const Phrase& part) { all = joined("say.join.comma", all, part); };
@@ -172,42 +189,13 @@ Phrase phrase(const Cell& cell, const ModelLevel& level) {
 
 std::string words(const Cell& cell, const ModelLevel& level) { return words(phrase(cell, level)); }
 
-namespace {
-
-Phrase mean_phrase(const Calibration& c) {
-  if (c.levels.empty()) return "say.level.mean.unknown";
-  double play = 0.0;
-  std::map<double, double> share;  // by size of the compliance
-  for (const LevelEvidence& l : c.levels) {
-    share[l.level.compliance] += l.probability;
-    play += l.level.play > 0.0 ? l.probability : 0.0;
-  }
-  Phrase sizes;
-  for (const auto& [size, probability] : share)
-    sizes = joined("say.join.comma", sizes,
-                   {"say.level.mean.size", {{"size", size}, {"percent", 100.0 * probability}}});
-  return {c.level.play > 0.0 ? "say.level.mean.play" : "say.level.mean",
-          {{"levels", c.levels.size()},
-           {"sizes", sizes},
-           {"play", 100.0 * play},
-           {"percent", 100.0 * c.levels.front().probability},
-           {"likeliest", phrase(c.cell, c.levels.front().level)}}};
-}
-
-}  // namespace
-
 Phrase reason_phrase(const Calibration& c) {
   switch (c.level_reason.choice) {
-    case LevelChoice::kNone:
-      return {};
-    case LevelChoice::kAskedFor:
-      return "say.level.asked_for";
-    case LevelChoice::kMeanByEvidence:
-      return mean_phrase(c);
-    case LevelChoice::kNothingIdentified:
-      return "say.level.nothing_identified";
-    case LevelChoice::kRecorded:
-      return c.level_reason.text;
+    case LevelChoice::kNone: return {};
+    case LevelChoice::kAskedFor: return "say.level.asked_for";
+    case LevelChoice::kMeanByEvidence: return mean_phrase(c);
+    case LevelChoice::kNothingIdentified: return "say.level.nothing_identified";
+    case LevelChoice::kRecorded: return c.level_reason.text;
   }
   return {};
 }

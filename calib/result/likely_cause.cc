@@ -117,37 +117,22 @@ Phrase sentences::cause(const Finding& f) {
   if (!f.cause) return f.text;
   const std::string id = std::string("say.cause.") + to_string(*f.cause);
   switch (*f.cause) {
-    case LikelyCause::kExchangedColumns:
-      return names(f, "say.join.and", id);
-    case LikelyCause::kTargetNames:
-      return target_names(f);
-    case LikelyCause::kScatteredTouches:
-      return scattered_touches(f);
+    case LikelyCause::kExchangedColumns: return names(f, "say.join.and", id);
+    case LikelyCause::kTargetNames: return target_names(f);
+    case LikelyCause::kScatteredTouches: return scattered_touches(f);
     case LikelyCause::kReadingsUnit:
-    case LikelyCause::kLengthsUnit:
-      return unit(f, id);
-    case LikelyCause::kReadingsHandedness:
-      return names(f, "say.join.comma", id);
-    case LikelyCause::kToolTip:
-      return said(has(f, "turn") ? id + ".turn" : id, f);
-    case LikelyCause::kDimension:
-      return dimension(f);
-    case LikelyCause::kOtherRobot:
-      return other_robot(f);
-    case LikelyCause::kAxisConvention:
-      return said(id, f, {{"fields", fields(f)}});
-    case LikelyCause::kGravity:
-      return gravity(f);
-    case LikelyCause::kArtefactSize:
-      return sizes(f);
-    case LikelyCause::kCertifiedLength:
-      return said(has(f, "measured") ? id + ".measured" : id, f);
-    case LikelyCause::kExchangedLengths:
-      return exchanged_lengths(f);
-    case LikelyCause::kStatedCentre:
-      return said(has(f, "off") ? id + ".off" : id, f);
-    case LikelyCause::kAllCentres:
-      return said(has(f, "mends") ? id + ".mends" : id, f);
+    case LikelyCause::kLengthsUnit: return unit(f, id);
+    case LikelyCause::kReadingsHandedness: return names(f, "say.join.comma", id);
+    case LikelyCause::kToolTip: return said(has(f, "turn") ? id + ".turn" : id, f);
+    case LikelyCause::kDimension: return dimension(f);
+    case LikelyCause::kOtherRobot: return other_robot(f);
+    case LikelyCause::kAxisConvention: return said(id, f, {{"fields", fields(f)}});
+    case LikelyCause::kGravity: return gravity(f);
+    case LikelyCause::kArtefactSize: return sizes(f);
+    case LikelyCause::kCertifiedLength: return said(has(f, "measured") ? id + ".measured" : id, f);
+    case LikelyCause::kExchangedLengths: return exchanged_lengths(f);
+    case LikelyCause::kStatedCentre: return said(has(f, "off") ? id + ".off" : id, f);
+    case LikelyCause::kAllCentres: return said(has(f, "mends") ? id + ".mends" : id, f);
     case LikelyCause::kMoved:
     case LikelyCause::kRadians:
     case LikelyCause::kAxisSign:
@@ -156,8 +141,7 @@ Phrase sentences::cause(const Finding& f) {
     case LikelyCause::kAllDiameters:
     case LikelyCause::kDiameter:
     case LikelyCause::kLengthsOfTarget:
-    case LikelyCause::kAllLengths:
-      break;
+    case LikelyCause::kAllLengths: break;
   }
   return said(id, f);
 }

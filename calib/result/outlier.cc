@@ -15,14 +15,10 @@ const char* hint(TargetKind kind, double residual_m) {
   const bool outside = residual_m > 0.0;
   switch (kind) {
     case TargetKind::kSphere:
-    case TargetKind::kPlane:
-      return outside ? "say.outlier.early" : "say.outlier.late";
-    case TargetKind::kWire:
-      return outside ? "say.outlier.wire_short" : "say.outlier.wire_long";
-    case TargetKind::kPoint:
-      return "say.outlier.seat";
-    case TargetKind::kTracker:
-      return "say.outlier.sight";
+    case TargetKind::kPlane: return outside ? "say.outlier.early" : "say.outlier.late";
+    case TargetKind::kWire: return outside ? "say.outlier.wire_short" : "say.outlier.wire_long";
+    case TargetKind::kPoint: return "say.outlier.seat";
+    case TargetKind::kTracker: return "say.outlier.sight";
   }
   return nullptr;
 }

@@ -14,31 +14,6 @@ namespace {
 constexpr double kCoverage = 2.0;  // U(k=2)
 constexpr double kMradPerRad = 1e3;
 
-}  // namespace
-
-CheckVerdict TcpCheck::verdict() const {
-  if (holds) return CheckVerdict::kHolds;
-  const bool alarm = !zeros_hold || !not_found.empty() || (!explanations.empty() && log_odds > log_alarm);
-  return alarm ? CheckVerdict::kDoesNotHold : CheckVerdict::kUndecided;
-}
-
-const Explanation* TcpCheck::change() const {
-  const auto first = std::find_if(explanations.begin(), explanations.end(),
-                                  [](const auto& one) { return one.kind != ChangeKind::kNothing; });
-  return first == explanations.end() ? nullptr : &*first;
-}
-
-double TcpCheck::u_m(int axis) const { return kCoverage * std::sqrt(covariance_m2(axis, axis)); }
-
-double TcpCheck::u_along_m() const {
-  const double length = shift_m.norm();
-  const Eigen::Vector3d along =
-      length > 0.0 ? Eigen::Vector3d(shift_m / length) : Eigen::Vector3d::UnitX();
-  return kCoverage * std::sqrt(along.dot(covariance_m2 * along));
-}
-
-namespace {
-
 Phrase xyz_mm(const Eigen::Vector3d& m) {
   return {"say.check.xyz_mm",
           {{"x", m.x() * kMmPerM}, {"y", m.y() * kMmPerM}, {"z", m.z() * kMmPerM}}};
@@ -100,6 +75,28 @@ void add_explanations(const TcpCheck& check, std::vector<Phrase>& lines) {
 }
 
 }  // namespace
+
+CheckVerdict TcpCheck::verdict() const {
+  if (holds) return CheckVerdict::kHolds;
+  const bool alarm =
+      !zeros_hold || !not_found.empty() || (!explanations.empty() && log_odds > log_alarm);
+  return alarm ? CheckVerdict::kDoesNotHold : CheckVerdict::kUndecided;
+}
+
+const Explanation* TcpCheck::change() const {
+  const auto first = std::find_if(explanations.begin(), explanations.end(),
+                                  [](const auto& one) { return one.kind != ChangeKind::kNothing; });
+  return first == explanations.end() ? nullptr : &*first;
+}
+
+double TcpCheck::u_m(int axis) const { return kCoverage * std::sqrt(covariance_m2(axis, axis)); }
+
+double TcpCheck::u_along_m() const {
+  const double length = shift_m.norm();
+  const Eigen::Vector3d along =
+      length > 0.0 ? Eigen::Vector3d(shift_m / length) : Eigen::Vector3d::UnitX();
+  return kCoverage * std::sqrt(along.dot(covariance_m2 * along));
+}
 
 Phrase phrase(const Explanation& one) {
   const bool shrinks = one.kind == ChangeKind::kGrowth && one.amount < 0.0;

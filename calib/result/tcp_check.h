@@ -34,7 +34,7 @@ constexpr bool is_shift(ChangeKind kind) {
 enum class CheckVerdict {
   kHolds,
   kDoesNotHold,  ///< the odds are above the alarm, a touch made no contact, or a mastered zero does not hold
-  kUndecided     ///< touches gave no contact point, and the others raise no alarm
+  kUndecided  ///< touches gave no contact point, and the others raise no alarm
 };
 /// Name in files: "does_not_hold".
 constexpr const char* to_string(CheckVerdict verdict) { return own_name(verdict); }

@@ -44,34 +44,15 @@ Phrase sentence(const Cell& cell, const UnidentifiableDirection& d) {
       return {"say.undetermined.height",
               {{"parameter", parameter_name(cell, joint_parameter(ParameterKind::kD,
                                                                   cell.robot.first_turning()))}}};
-    case UnidentifiableKind::kBehindLastJoint:
-      return said("say.undetermined.behind_last", cell, d);
-    case UnidentifiableKind::kNothingMoves:
-      return said("say.undetermined.nothing_moves", cell, d);
-    case UnidentifiableKind::kNoEffect:
-      return said("say.undetermined.no_effect", cell, d);
+    case UnidentifiableKind::kBehindLastJoint: return said("say.undetermined.behind_last", cell, d);
+    case UnidentifiableKind::kNothingMoves: return said("say.undetermined.nothing_moves", cell, d);
+    case UnidentifiableKind::kNoEffect: return said("say.undetermined.no_effect", cell, d);
     case UnidentifiableKind::kScale:
-    case UnidentifiableKind::kWeak:
-      return weak_phrase(cell, d);
-    case UnidentifiableKind::kRecorded:
-      return d.text;
+    case UnidentifiableKind::kWeak: return weak_phrase(cell, d);
+    case UnidentifiableKind::kRecorded: return d.text;
   }
   return {};
 }
-
-}  // namespace
-
-Phrase phrase(const Cell& cell, const UnidentifiableDirection& d) {
-  if (d.more_as_weak <= 0) return sentence(cell, d);
-  return joined("say.join.sentences", sentence(cell, d),
-                {"say.undetermined.as_weak", {{"n", d.more_as_weak}}});
-}
-
-std::string words(const Cell& cell, const UnidentifiableDirection& d) {
-  return words(phrase(cell, d));
-}
-
-namespace {
 
 // Threshold on the variance ratio with the frame held fixed. A parameter below it was determined by
 // the frame only, such as the height of the base: the remainder is a trace of the targets' heights,
@@ -96,6 +77,16 @@ bool remove_frame(Eigen::MatrixXd& scaled, const Eigen::MatrixXd& basis) {
 }
 
 }  // namespace
+
+Phrase phrase(const Cell& cell, const UnidentifiableDirection& d) {
+  if (d.more_as_weak <= 0) return sentence(cell, d);
+  return joined("say.join.sentences", sentence(cell, d),
+                {"say.undetermined.as_weak", {{"n", d.more_as_weak}}});
+}
+
+std::string words(const Cell& cell, const UnidentifiableDirection& d) {
+  return words(phrase(cell, d));
+}
 
 Correlations strong_correlations(const Calibration& calibration, double least) {
   Correlations result;

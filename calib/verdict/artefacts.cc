@@ -76,6 +76,22 @@ Eigen::MatrixXd lower_gram(const Eigen::Ref<const RowMajor>& j) {
   return std::move(sums[0]);
 }
 
+template <class Stated>
+const Stated* worst_of(const std::vector<Stated>& all) {
+  const auto worst =
+      std::ranges::max_element(all, {}, [](const Stated& one) { return contradiction(one); });
+  return worst != all.end() && contradiction(*worst) > kContradicted ? &*worst : nullptr;
+}
+
+/// Leverage below which at most this share of the gate passes into the fit, and less into the tip.
+constexpr double kHeldByItself = 0.5;
+/// Leverages are means over the levels, and may slightly exceed one.
+constexpr double kLeastUnheld = 1e-6;
+/// A larger error is a contact too early, or none: the search ends with that failure.
+constexpr double kLargestErrorM = 3e-3;
+/// Sufficient for a mean.
+constexpr Eigen::Index kRowsOfPoses = 3 * 60;
+
 }  // namespace
 
 std::vector<ArtefactBias> artefact_biases(const Problem& problem, const Estimate& e,
@@ -123,17 +139,6 @@ std::vector<ArtefactBias> artefact_biases(const Problem& problem, const Estimate
 }
 
 double contradiction(const ArtefactBias& bias) { return std::abs(bias.off_m) / bias.sigma_m; }
-
-namespace {
-
-template <class Stated>
-const Stated* worst_of(const std::vector<Stated>& all) {
-  const auto worst =
-      std::ranges::max_element(all, {}, [](const Stated& one) { return contradiction(one); });
-  return worst != all.end() && contradiction(*worst) > kContradicted ? &*worst : nullptr;
-}
-
-}  // namespace
 
 const ArtefactBias* worst_contradicted(const std::vector<ArtefactBias>& biases) {
   return worst_of(biases);
@@ -250,19 +255,6 @@ NormalEquations normal_equations_without_lengths(const Problem& problem, const E
   }
   return all;
 }
-
-namespace {
-
-/// Leverage below which at most this share of the gate passes into the fit, and less into the tip.
-constexpr double kHeldByItself = 0.5;
-/// Leverages are means over the levels, and may slightly exceed one.
-constexpr double kLeastUnheld = 1e-6;
-/// A larger error is a contact too early, or none: the search ends with that failure.
-constexpr double kLargestErrorM = 3e-3;
-/// Sufficient for a mean.
-constexpr Eigen::Index kRowsOfPoses = 3 * 60;
-
-}  // namespace
 
 UncheckedTouch least_checked_touch(const Problem& problem, const Estimate& e,
                                    const Eigen::Ref<const Eigen::MatrixXd>& moves) {

@@ -20,59 +20,6 @@ namespace {
 constexpr std::size_t kEnoughChecks = 8, kOneGrossOf = 10;
 constexpr double kGrossCheck = 4.0;
 
-}  // namespace
-
-std::vector<HeldOut> held_out(const Problem& problem, const Calibration& c) {
-  if (c.covariance.rows() != problem.size()) return {};
-  const Eigen::VectorXd x = first_values(c, problem.size());
-  const Problem::At at = problem.at(x.data());
-  std::vector<HeldOut> all;
-  for (std::size_t t = 0; t < problem.touches().size(); ++t) {
-    if (problem.touches()[t].set != TouchSet::kCheck || problem.block_of(t) < 0) continue;
-    const TargetBlock& block = problem.blocks()[problem.block_of(t)];
-    const int rows = problem.rows(t), shared = problem.shared_size();
-    Eigen::VectorXd residual(rows);
-    RowMajor by_shared(rows, shared), by_target(rows, block.size());
-    problem.residual_m(t, at, residual.data(), by_shared.data(), by_target.data());
-    RowMajor j = RowMajor::Zero(rows, problem.size());
-    j.leftCols(shared) = by_shared;
-    j.middleCols(block.first, block.size()) = by_target;
-    const Eigen::VectorXd variance = (j * c.covariance).cwiseProduct(j).rowwise().sum().array() +
-                                     std::pow(problem.sigma_m(t), 2);
-    all.push_back(
-        // (58)
-        {t, residual.cwiseAbs2().cwiseQuotient(variance).sum(), static_cast<double>(rows)});
-  }
-  return all;
-}
-
-double rms_of(std::span<const HeldOut> touches) {
-  double sum = 0.0, rows = 0.0;
-  for (const HeldOut& one : touches) {
-    sum += one.square;
-    rows += one.rows;
-  }
-  return rows == 0.0 ? 0.0 : std::sqrt(sum / rows);
-}
-
-std::vector<std::size_t> gross_check_touches(const Problem& problem, const Calibration& c) {
-  std::vector<HeldOut> all = held_out(problem, c);
-  if (all.size() < kEnoughChecks) return {};
-  std::ranges::stable_sort(all, std::greater{},
-                           [](const HeldOut& one) { return one.square / one.rows; });
-  const std::size_t most = std::max<std::size_t>(1, all.size() / kOneGrossOf);
-  std::size_t aside = 0;
-  while (rms_of(std::span(all).subspan(aside)) > kCheckRatio) {
-    if (aside == most || all[aside].square < kGrossCheck * kGrossCheck * all[aside].rows) return {};
-    ++aside;
-  }
-  std::vector<std::size_t> touches;
-  for (std::size_t k = 0; k < aside; ++k) touches.push_back(all[k].touch);
-  return touches;
-}
-
-namespace {
-
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -249,12 +196,9 @@ class Sighting {
 /// Reason for touches that determine no place.
 UnseenTarget::NotJudged not_judged_for(IdentifyError::Kind kind) {
   switch (kind) {
-    case IdentifyError::Kind::kTouches:
-      return UnseenTarget::NotJudged::kUnusable;
-    case IdentifyError::Kind::kCell:
-      return UnseenTarget::NotJudged::kOtherNormal;
-    default:
-      return UnseenTarget::NotJudged::kNoPlace;
+    case IdentifyError::Kind::kTouches: return UnseenTarget::NotJudged::kUnusable;
+    case IdentifyError::Kind::kCell: return UnseenTarget::NotJudged::kOtherNormal;
+    default: return UnseenTarget::NotJudged::kNoPlace;
   }
 }
 
@@ -281,21 +225,6 @@ UnseenTarget judge_one(const Problem& problem, const VectorXd& x_si, std::size_t
   }
   return result;
 }
-
-}  // namespace
-
-UnseenChecks judge_unseen(const Problem& problem, const VectorXd& x_si, Calibration& c) {
-  std::vector<bool> unseen(problem.cell().targets.size(), false);
-  for (std::size_t i = 0; i < problem.touches().size(); ++i)
-    if (problem.block_of(i) < 0)
-      unseen[problem.cell().target_index(problem.touches()[i].target)] = true;
-  UnseenChecks result;
-  for (std::size_t t = 0; t < unseen.size(); ++t)
-    if (unseen[t]) result.targets.push_back(judge_one(problem, x_si, t, c, result.held_out));
-  return result;
-}
-
-namespace {
 
 /// With a perfect arm a target's touches determine its place to sigma / sqrt(n lambda), lambda the
 /// smallest eigenvalue of the mean outer product of their derivatives by it. Above this limit they
@@ -371,6 +300,66 @@ bool tracker_holds_scale(const Problem& problem, const std::vector<std::size_t>&
 }
 
 }  // namespace
+
+std::vector<HeldOut> held_out(const Problem& problem, const Calibration& c) {
+  if (c.covariance.rows() != problem.size()) return {};
+  const Eigen::VectorXd x = first_values(c, problem.size());
+  const Problem::At at = problem.at(x.data());
+  std::vector<HeldOut> all;
+  for (std::size_t t = 0; t < problem.touches().size(); ++t) {
+    if (problem.touches()[t].set != TouchSet::kCheck || problem.block_of(t) < 0) continue;
+    const TargetBlock& block = problem.blocks()[problem.block_of(t)];
+    const int rows = problem.rows(t), shared = problem.shared_size();
+    Eigen::VectorXd residual(rows);
+    RowMajor by_shared(rows, shared), by_target(rows, block.size());
+    problem.residual_m(t, at, residual.data(), by_shared.data(), by_target.data());
+    RowMajor j = RowMajor::Zero(rows, problem.size());
+    j.leftCols(shared) = by_shared;
+    j.middleCols(block.first, block.size()) = by_target;
+    const Eigen::VectorXd variance = (j * c.covariance).cwiseProduct(j).rowwise().sum().array() +
+                                     std::pow(problem.sigma_m(t), 2);
+    all.push_back(
+        // (58)
+        {t, residual.cwiseAbs2().cwiseQuotient(variance).sum(), static_cast<double>(rows)});
+  }
+  return all;
+}
+
+double rms_of(std::span<const HeldOut> touches) {
+  double sum = 0.0, rows = 0.0;
+  for (const HeldOut& one : touches) {
+    sum += one.square;
+    rows += one.rows;
+  }
+  return rows == 0.0 ? 0.0 : std::sqrt(sum / rows);
+}
+
+std::vector<std::size_t> gross_check_touches(const Problem& problem, const Calibration& c) {
+  std::vector<HeldOut> all = held_out(problem, c);
+  if (all.size() < kEnoughChecks) return {};
+  std::ranges::stable_sort(all, std::greater{},
+                           [](const HeldOut& one) { return one.square / one.rows; });
+  const std::size_t most = std::max<std::size_t>(1, all.size() / kOneGrossOf);
+  std::size_t aside = 0;
+  while (rms_of(std::span(all).subspan(aside)) > kCheckRatio) {
+    if (aside == most || all[aside].square < kGrossCheck * kGrossCheck * all[aside].rows) return {};
+    ++aside;
+  }
+  std::vector<std::size_t> touches;
+  for (std::size_t k = 0; k < aside; ++k) touches.push_back(all[k].touch);
+  return touches;
+}
+
+UnseenChecks judge_unseen(const Problem& problem, const VectorXd& x_si, Calibration& c) {
+  std::vector<bool> unseen(problem.cell().targets.size(), false);
+  for (std::size_t i = 0; i < problem.touches().size(); ++i)
+    if (problem.block_of(i) < 0)
+      unseen[problem.cell().target_index(problem.touches()[i].target)] = true;
+  UnseenChecks result;
+  for (std::size_t t = 0; t < unseen.size(); ++t)
+    if (unseen[t]) result.targets.push_back(judge_one(problem, x_si, t, c, result.held_out));
+  return result;
+}
 
 HeldPlaces judge_places(const Problem& problem, const Calibration& c, Verdict& verdict) {
   const Eigen::VectorXd x = first_values(c, problem.size());

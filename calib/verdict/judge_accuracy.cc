@@ -46,16 +46,6 @@ Foreseen foreseen(const Cell& cell, const Calibration& c, bool workspace) {
   return all;
 }
 
-}  // namespace
-
-bool holds_where_measured(const Cell& cell, const Calibration& c) {
-  if (c.region.empty() || cell.required_m || !(c.nominal_workspace_m > 0.0)) return false;
-  const Foreseen near = foreseen(cell, c, false);
-  return near.as_required() && near.gains();
-}
-
-namespace {
-
 /// Joints that move the tip and that all fit touches have at one angle: their tolerances alone state
 /// what they do elsewhere.
 std::vector<FindingPart> still_joints(const Problem& problem) {
@@ -79,57 +69,6 @@ std::vector<FindingPart> still_joints(const Problem& problem) {
   }
   return still;
 }
-
-}  // namespace
-
-void shrink_scope(const Problem& problem, const Calibration& c, bool determined, Verdict& verdict) {
-  const Cell& cell = problem.cell();
-  auto still = still_joints(problem);
-  const Foreseen all = foreseen(cell, c, true), near = foreseen(cell, c, false);
-  if (cell.required_m || !verdict.workspace || !(c.nominal_workspace_m > 0.0) ||
-      (determined && still.empty() && all.as_required() && all.gains()) || !near.as_required() || !near.gains())
-    return;
-  verdict.workspace = false;
-  verdict.add(
-      {FindingKind::kScopeOfTouches,
-       still.empty() ? Severity::kInforms : Severity::kWarns,
-       {},
-       {in_mm("workspace_predicted", all.predicted_m), in_mm("predicted", near.predicted_m)},
-       std::move(still)});
-}
-
-void judge_predicted(const Cell& cell, const Calibration& c, Verdict& verdict) {
-  if (!(c.nominal_workspace_m > 0.0)) return;
-  const Foreseen all = foreseen(cell, c, verdict.workspace);
-  if (!all.as_required())
-    verdict.add({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
-  if (!all.gains()) verdict.add({FindingKind::kNoGain, Severity::kWithholds, {}, all.evidence});
-}
-
-void note_gain(const Cell& cell, const Calibration& c, Verdict& verdict) {
-  if (!(c.nominal_workspace_m > 0.0)) return;
-  verdict.add(
-      {FindingKind::kGain, Severity::kInforms, {}, foreseen(cell, c, verdict.workspace).evidence});
-}
-
-void note_model_error(const Problem& problem, const Calibration& c, Verdict& verdict) {
-  const Discrepancy& d = c.discrepancy;
-  if (!(d.sigma_m > 0.0)) return;
-  Finding finding{FindingKind::kModelError,
-                  Severity::kWarns,
-                  {},
-                  {in_mm("sigma", d.sigma_m),
-                   {"estimated", d.estimated},
-                   in_mm("scatter", c.touch_noise_m),
-                   in_mm("noise", d.noise_m),
-                   in_mm("stated", problem.cell().touch_sigma_m)}};
-  if (c.repeats.degrees_of_freedom > 0.0)
-    finding.evidence.push_back(in_mm("repeats", c.repeats.scatter_m));
-  if (d.reach_rad > 0.0) finding.evidence.push_back(in_deg("reach", d.reach_rad));
-  verdict.add(std::move(finding));
-}
-
-namespace {
 
 /// Certified lengths determine the scale if their combined relative sigma is at most this.
 constexpr double kLengthScaleSigma = 5e-4;
@@ -201,44 +140,6 @@ Finding near_targets(const Problem& problem, const HeldPlaces& places, const Sca
            {"centres", any(has_a_centre)}}};
 }
 
-}  // namespace
-
-Scale scale_of(const Problem& problem, const HeldPlaces& places) {
-  Scale scale;
-  scale.lengths = different_lengths(problem, places.loose);
-  scale.by_lengths = hold_scale(scale.lengths);
-  scale.by_readings = places.rule != nullptr;
-  return scale;
-}
-
-void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& places,
-                const Scale& scale, Verdict& verdict) {
-  const ArmScale arm = arm_scale(problem, c);
-  if (scale.by_readings)
-    verdict.add({FindingKind::kScaleByReadings, Severity::kInforms, about_target(*places.rule)});
-  // Wires belong to one instrument, and share its scale error.
-  const bool alone = scale.by_readings && !scale.by_lengths && places.trackers <= 1 &&
-                     (places.trackers == 0 || places.wires == 0);
-  if (alone && arm.sigma > 0.0)
-    verdict.add({FindingKind::kUncheckedReadings,
-                 Severity::kWarns,
-                 {},
-                 {{"unseen", 100.0 * arm.unseen(), "%"}}});
-  if (scale.by_lengths) {
-    Finding finding{
-        FindingKind::kScaleByLengths, Severity::kInforms, {}, {{"lengths", scale.lengths.size()}}};
-    // Only the arm's tolerances contradict an error common to all certificates.
-    if (scale.lengths.size() > 1 && !scale.by_readings && arm.sigma > 0.0)
-      finding.evidence.push_back({"unseen", 100.0 * arm.unseen(), "%"});
-    verdict.add(std::move(finding));
-    if (auto unchecked = unchecked_lengths(c, scale.lengths.size()))
-      verdict.add(std::move(*unchecked));
-  }
-  if (!scale.held()) verdict.add(near_targets(problem, places, scale));
-}
-
-namespace {
-
 /// An arm this many tolerances off nominal is another arm: real ones stay within five (real-data
 /// tests); a wrong row of the robot file leads to twenty and more and can still fit. The lower
 /// limit is a warning.
@@ -304,6 +205,94 @@ std::optional<Finding> radius_off(const Problem& problem, const Calibration& c, 
 }
 
 }  // namespace
+
+bool holds_where_measured(const Cell& cell, const Calibration& c) {
+  if (c.region.empty() || cell.required_m || !(c.nominal_workspace_m > 0.0)) return false;
+  const Foreseen near = foreseen(cell, c, false);
+  return near.as_required() && near.gains();
+}
+
+void shrink_scope(const Problem& problem, const Calibration& c, bool determined, Verdict& verdict) {
+  const Cell& cell = problem.cell();
+  auto still = still_joints(problem);
+  const Foreseen all = foreseen(cell, c, true), near = foreseen(cell, c, false);
+  if (cell.required_m || !verdict.workspace || !(c.nominal_workspace_m > 0.0) ||
+      (determined && still.empty() && all.as_required() && all.gains()) || !near.as_required() ||
+      !near.gains())
+    return;
+  verdict.workspace = false;
+  verdict.add(
+      {FindingKind::kScopeOfTouches,
+       still.empty() ? Severity::kInforms : Severity::kWarns,
+       {},
+       {in_mm("workspace_predicted", all.predicted_m), in_mm("predicted", near.predicted_m)},
+       std::move(still)});
+}
+
+void judge_predicted(const Cell& cell, const Calibration& c, Verdict& verdict) {
+  if (!(c.nominal_workspace_m > 0.0)) return;
+  const Foreseen all = foreseen(cell, c, verdict.workspace);
+  if (!all.as_required())
+    verdict.add({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
+  if (!all.gains()) verdict.add({FindingKind::kNoGain, Severity::kWithholds, {}, all.evidence});
+}
+
+void note_gain(const Cell& cell, const Calibration& c, Verdict& verdict) {
+  if (!(c.nominal_workspace_m > 0.0)) return;
+  verdict.add(
+      {FindingKind::kGain, Severity::kInforms, {}, foreseen(cell, c, verdict.workspace).evidence});
+}
+
+void note_model_error(const Problem& problem, const Calibration& c, Verdict& verdict) {
+  const Discrepancy& d = c.discrepancy;
+  if (!(d.sigma_m > 0.0)) return;
+  Finding finding{FindingKind::kModelError,
+                  Severity::kWarns,
+                  {},
+                  {in_mm("sigma", d.sigma_m),
+                   {"estimated", d.estimated},
+                   in_mm("scatter", c.touch_noise_m),
+                   in_mm("noise", d.noise_m),
+                   in_mm("stated", problem.cell().touch_sigma_m)}};
+  if (c.repeats.degrees_of_freedom > 0.0)
+    finding.evidence.push_back(in_mm("repeats", c.repeats.scatter_m));
+  if (d.reach_rad > 0.0) finding.evidence.push_back(in_deg("reach", d.reach_rad));
+  verdict.add(std::move(finding));
+}
+
+Scale scale_of(const Problem& problem, const HeldPlaces& places) {
+  Scale scale;
+  scale.lengths = different_lengths(problem, places.loose);
+  scale.by_lengths = hold_scale(scale.lengths);
+  scale.by_readings = places.rule != nullptr;
+  return scale;
+}
+
+void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& places,
+                const Scale& scale, Verdict& verdict) {
+  const ArmScale arm = arm_scale(problem, c);
+  if (scale.by_readings)
+    verdict.add({FindingKind::kScaleByReadings, Severity::kInforms, about_target(*places.rule)});
+  // Wires belong to one instrument, and share its scale error.
+  const bool alone = scale.by_readings && !scale.by_lengths && places.trackers <= 1 &&
+                     (places.trackers == 0 || places.wires == 0);
+  if (alone && arm.sigma > 0.0)
+    verdict.add({FindingKind::kUncheckedReadings,
+                 Severity::kWarns,
+                 {},
+                 {{"unseen", 100.0 * arm.unseen(), "%"}}});
+  if (scale.by_lengths) {
+    Finding finding{
+        FindingKind::kScaleByLengths, Severity::kInforms, {}, {{"lengths", scale.lengths.size()}}};
+    // Only the arm's tolerances contradict an error common to all certificates.
+    if (scale.lengths.size() > 1 && !scale.by_readings && arm.sigma > 0.0)
+      finding.evidence.push_back({"unseen", 100.0 * arm.unseen(), "%"});
+    verdict.add(std::move(finding));
+    if (auto unchecked = unchecked_lengths(c, scale.lengths.size()))
+      verdict.add(std::move(*unchecked));
+  }
+  if (!scale.held()) verdict.add(near_targets(problem, places, scale));
+}
 
 double ArmScale::unseen() const { return (kFarScale + kLuck) * sigma; }
 

@@ -40,6 +40,49 @@ bool is_check(const Problem& problem, const TouchResidual& r) {
   return problem.touches()[r.touch].set == TouchSet::kCheck;
 }
 
+/// A joint or tool does not deflect against its load; noise may suggest it up to this many sigmas.
+constexpr double kAgainstLoad = 5.0;
+/// Sigmas of the centre beyond which a target counts as misplaced.
+constexpr double kFarCentre = 5.0;
+
+/// Two certificates of one length; all other data are too uncertain to determine which of them is
+/// wrong.
+void judge_certified_twice(const Calibration& c, Verdict& verdict) {
+  for (std::size_t a = 0; a < c.lengths.size(); ++a)
+    for (std::size_t b = a + 1; b < c.lengths.size(); ++b) {
+      const LengthResult &one = c.lengths[a], &other = c.lengths[b];
+      // As if the other certificate were the only data on this one.
+      LengthResult by_other = one;
+      by_other.by_others_m = other.certified_m;
+      by_other.sigma_m = other.certified_sigma_m;
+      if (!same_ends(one, other) || !is_contradicted(by_other)) continue;
+      verdict.add({FindingKind::kCertifiedTwice,
+                   Severity::kWithholds,
+                   about_length(one.from, one.to),
+                   {in_mm("certified", one.certified_m, one.certified_sigma_m),
+                    in_mm("certified_again", other.certified_m, other.certified_sigma_m)}});
+    }
+}
+
+/// Two targets, each at the other's place.
+const Target* exchanged_with(const Problem& problem, const Calibration& c,
+                             const TargetResult& one) {
+  const Cell& cell = problem.cell();
+  const Target& a = cell.targets[cell.target_index(one.id)];
+  for (const TargetResult& other : c.targets) {
+    const Target& b = cell.targets[cell.target_index(other.id)];
+    if (!(one.id < other.id) || !centre_is_held(a) || !centre_is_held(b) ||
+        a.carried_by != b.carried_by)
+      continue;
+    const double sigma_m = kFarCentre * std::max(a.centre_sigma_m, b.centre_sigma_m);
+    if ((a.centre_m - b.centre_m).norm() < 2.0 * sigma_m) continue;
+    if ((one.centre_m - b.centre_m).norm() < sigma_m &&
+        (other.centre_m - a.centre_m).norm() < sigma_m)
+      return &b;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 void judge_scatter(const Problem& problem, const Calibration& c, Verdict& verdict) {
@@ -133,53 +176,6 @@ void note_touches(const Problem& problem, const Calibration& c, Verdict& verdict
   }
   if (c.check.count == 0) verdict.add({FindingKind::kNoCheckTouches, Severity::kWarns});
 }
-
-namespace {
-
-/// A joint or tool does not deflect against its load; noise may suggest it up to this many sigmas.
-constexpr double kAgainstLoad = 5.0;
-/// Sigmas of the centre beyond which a target counts as misplaced.
-constexpr double kFarCentre = 5.0;
-
-/// Two certificates of one length; all other data are too uncertain to determine which of them is
-/// wrong.
-void judge_certified_twice(const Calibration& c, Verdict& verdict) {
-  for (std::size_t a = 0; a < c.lengths.size(); ++a)
-    for (std::size_t b = a + 1; b < c.lengths.size(); ++b) {
-      const LengthResult &one = c.lengths[a], &other = c.lengths[b];
-      // As if the other certificate were the only data on this one.
-      LengthResult by_other = one;
-      by_other.by_others_m = other.certified_m;
-      by_other.sigma_m = other.certified_sigma_m;
-      if (!same_ends(one, other) || !is_contradicted(by_other)) continue;
-      verdict.add({FindingKind::kCertifiedTwice,
-                   Severity::kWithholds,
-                   about_length(one.from, one.to),
-                   {in_mm("certified", one.certified_m, one.certified_sigma_m),
-                    in_mm("certified_again", other.certified_m, other.certified_sigma_m)}});
-    }
-}
-
-/// Two targets, each at the other's place.
-const Target* exchanged_with(const Problem& problem, const Calibration& c,
-                             const TargetResult& one) {
-  const Cell& cell = problem.cell();
-  const Target& a = cell.targets[cell.target_index(one.id)];
-  for (const TargetResult& other : c.targets) {
-    const Target& b = cell.targets[cell.target_index(other.id)];
-    if (!(one.id < other.id) || !centre_is_held(a) || !centre_is_held(b) ||
-        a.carried_by != b.carried_by)
-      continue;
-    const double sigma_m = kFarCentre * std::max(a.centre_sigma_m, b.centre_sigma_m);
-    if ((a.centre_m - b.centre_m).norm() < 2.0 * sigma_m) continue;
-    if ((one.centre_m - b.centre_m).norm() < sigma_m &&
-        (other.centre_m - a.centre_m).norm() < sigma_m)
-      return &b;
-  }
-  return nullptr;
-}
-
-}  // namespace
 
 void judge_lengths(const Calibration& c, Verdict& verdict) {
   const LengthResult* worst = worst_contradicted(c.lengths);

@@ -138,54 +138,6 @@ void fit_outside_arm(const Problem& problem, const std::vector<bool>& outlier,
   x_si = problem.to_si(u);
 }
 
-}  // namespace
-
-void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
-                    const std::vector<bool>& outlier, Calibration& calibration) {
-  const auto touches = problem.touches();
-  // The nominal arm, with its own fit of each target's place.
-  Eigen::VectorXd nominal_x = Eigen::VectorXd::Zero(problem.size());
-  for (std::size_t b = 0; b < problem.blocks().size(); ++b)
-    nominal_x.segment(problem.blocks()[b].first, problem.blocks()[b].place) =
-        place_seen_by_nominal_arm(problem, static_cast<int>(b), outlier);
-  fit_outside_arm(problem, outlier, nominal_x);
-  const Problem::At nominal = problem.at(nominal_x.data()), found = problem.at(x_si.data());
-  calibration.residuals.resize(touches.size());
-  by_parts(touches.size(), [&](std::size_t, std::size_t first, std::size_t behind) {
-    for (std::size_t i = first; i < behind; ++i) {
-      const int rows = problem.place_rows(i);
-      TouchResidual& entry = calibration.residuals[i];
-      entry.touch = i;
-      entry.outlier = outlier[i];
-      if (problem.block_of(i) < 0) {
-        constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-        entry.before_m = entry.after_m = entry.whitened = kUnknown;
-        continue;
-      }
-      double r[Problem::kMostRows];
-      problem.residual_m(i, nominal, r, nullptr, nullptr);
-      entry.before_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
-      problem.residual_m(i, found, r, nullptr, nullptr, &entry.direction);
-      entry.after_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
-      entry.whitened = entry.after_m / problem.sigma_m(i);
-    }
-  });
-  calibration.unseen = judge_unseen(problem, x_si, calibration);
-  std::vector<double> before, after, check_before, check;
-  for (const TouchResidual& entry : calibration.residuals) {
-    if (entry.outlier || std::isnan(entry.after_m)) continue;
-    const bool fit = touches[entry.touch].set == TouchSet::kFit;
-    (fit ? before : check_before).push_back(entry.before_m);
-    (fit ? after : check).push_back(entry.after_m);
-  }
-  calibration.before = summary_of(before);
-  calibration.after = summary_of(after);
-  calibration.check_before = summary_of(check_before);
-  calibration.check = summary_of(check);
-}
-
-namespace {
-
 /// Leverage above which a touch is determined more by itself than by the others.
 constexpr double kHoldsItself = 0.5;
 
@@ -210,75 +162,6 @@ std::vector<double> leverages(const Problem& problem, const Estimate& e,
   }
   return result;
 }
-
-}  // namespace
-
-std::optional<std::string> lies_on(const Problem& problem, const Calibration& calibration,
-                                   const TouchResidual& residual) {
-  constexpr double kInconsistentM = 10e-3;
-  constexpr double kOnAnotherM = 1e-3;
-  if (std::abs(residual.after_m) < kInconsistentM) return std::nullopt;
-  const Eigen::VectorXd x = first_values(calibration, problem.arm_size());
-  const ArmModel& arm = problem.arm();
-  const Touch& touch = problem.touches()[residual.touch];
-  for (const TargetResult& target : calibration.targets) {
-    if (target.id == touch.target) continue;
-    const Target& stated = problem.cell().targets[problem.cell().target_index(target.id)];
-    const Eigen::Vector3d tip_m =
-        arm.position(arm.prepare(touch.joint_rad, arm.tool_index(touch.tool), arm.load(touch.load),
-                                 carrier_rad(touch, stated), outer_rad(touch, stated)),
-                     x.data());
-    double off_m = 0.0;
-    switch (target.kind) {
-      case TargetKind::kSphere:
-      case TargetKind::kPoint:
-        off_m = (tip_m - target.centre_m).norm() - target.effective_radius_m;
-        break;
-      case TargetKind::kPlane:
-        off_m = (tip_m - target.centre_m).dot(target.normal) - target.effective_radius_m;
-        break;
-      case TargetKind::kWire:
-      case TargetKind::kTracker:
-        continue;  // the reading there is unknown
-    }
-    if (std::abs(off_m) < kOnAnotherM) return target.id;
-  }
-  return std::nullopt;
-}
-
-FitTouches fit_touches_of(const std::string& target, std::span<const Touch> touches,
-                          const Calibration& calibration) {
-  FitTouches own;
-  for (const TouchResidual& r : calibration.residuals) {
-    if (touches[r.touch].target != target || touches[r.touch].set != TouchSet::kFit) continue;
-    ++own.all;
-    own.left_out += r.outlier ? 1 : 0;
-  }
-  return own;
-}
-
-std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& estimate,
-                                    const Calibration& calibration) {
-  const std::vector<double> leverage = leverages(problem, estimate, calibration.residuals);
-  std::vector<Outlier> outliers;
-  for (const TouchResidual& r : calibration.residuals) {
-    if (!r.outlier || problem.touches()[r.touch].set != TouchSet::kFit) continue;
-    const std::string& id = problem.touches()[r.touch].target;
-    Outlier outlier{r.touch, r.after_m, leverage[r.touch], OutlierKind::kOffItsTarget, id};
-    outlier.target_kind = problem.cell().targets[problem.cell().target_index(id)].kind;
-    outlier.sigmas = std::abs(r.whitened);
-    if (const auto other = lies_on(problem, calibration, r)) {
-      outlier.kind = OutlierKind::kOnAnotherTarget;
-      outlier.lies_on = *other;
-    } else if (outlier.leverage > kHoldsItself) {
-      outlier.kind = OutlierKind::kHoldsItself;
-    }
-    outliers.push_back(std::move(outlier));
-  }
-  return outliers;
-}
-
-namespace {
 
 /// Fewer copies are accidental.
 constexpr std::size_t kLeast = 3;
@@ -345,6 +228,114 @@ std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches
 }
 
 }  // namespace
+
+void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
+                    const std::vector<bool>& outlier, Calibration& calibration) {
+  const auto touches = problem.touches();
+  // The nominal arm, with its own fit of each target's place.
+  Eigen::VectorXd nominal_x = Eigen::VectorXd::Zero(problem.size());
+  for (std::size_t b = 0; b < problem.blocks().size(); ++b)
+    nominal_x.segment(problem.blocks()[b].first, problem.blocks()[b].place) =
+        place_seen_by_nominal_arm(problem, static_cast<int>(b), outlier);
+  fit_outside_arm(problem, outlier, nominal_x);
+  const Problem::At nominal = problem.at(nominal_x.data()), found = problem.at(x_si.data());
+  calibration.residuals.resize(touches.size());
+  by_parts(touches.size(), [&](std::size_t, std::size_t first, std::size_t behind) {
+    for (std::size_t i = first; i < behind; ++i) {
+      const int rows = problem.place_rows(i);
+      TouchResidual& entry = calibration.residuals[i];
+      entry.touch = i;
+      entry.outlier = outlier[i];
+      if (problem.block_of(i) < 0) {
+        constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+        entry.before_m = entry.after_m = entry.whitened = kUnknown;
+        continue;
+      }
+      double r[Problem::kMostRows];
+      problem.residual_m(i, nominal, r, nullptr, nullptr);
+      entry.before_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
+      problem.residual_m(i, found, r, nullptr, nullptr, &entry.direction);
+      entry.after_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
+      entry.whitened = entry.after_m / problem.sigma_m(i);
+    }
+  });
+  calibration.unseen = judge_unseen(problem, x_si, calibration);
+  std::vector<double> before, after, check_before, check;
+  for (const TouchResidual& entry : calibration.residuals) {
+    if (entry.outlier || std::isnan(entry.after_m)) continue;
+    const bool fit = touches[entry.touch].set == TouchSet::kFit;
+    (fit ? before : check_before).push_back(entry.before_m);
+    (fit ? after : check).push_back(entry.after_m);
+  }
+  calibration.before = summary_of(before);
+  calibration.after = summary_of(after);
+  calibration.check_before = summary_of(check_before);
+  calibration.check = summary_of(check);
+}
+
+std::optional<std::string> lies_on(const Problem& problem, const Calibration& calibration,
+                                   const TouchResidual& residual) {
+  constexpr double kInconsistentM = 10e-3;
+  constexpr double kOnAnotherM = 1e-3;
+  if (std::abs(residual.after_m) < kInconsistentM) return std::nullopt;
+  const Eigen::VectorXd x = first_values(calibration, problem.arm_size());
+  const ArmModel& arm = problem.arm();
+  const Touch& touch = problem.touches()[residual.touch];
+  for (const TargetResult& target : calibration.targets) {
+    if (target.id == touch.target) continue;
+    const Target& stated = problem.cell().targets[problem.cell().target_index(target.id)];
+    const Eigen::Vector3d tip_m =
+        arm.position(arm.prepare(touch.joint_rad, arm.tool_index(touch.tool), arm.load(touch.load),
+                                 carrier_rad(touch, stated), outer_rad(touch, stated)),
+                     x.data());
+    double off_m = 0.0;
+    switch (target.kind) {
+      case TargetKind::kSphere:
+      case TargetKind::kPoint:
+        off_m = (tip_m - target.centre_m).norm() - target.effective_radius_m;
+        break;
+      case TargetKind::kPlane:
+        off_m = (tip_m - target.centre_m).dot(target.normal) - target.effective_radius_m;
+        break;
+      case TargetKind::kWire:
+      case TargetKind::kTracker: continue;  // the reading there is unknown
+    }
+    if (std::abs(off_m) < kOnAnotherM) return target.id;
+  }
+  return std::nullopt;
+}
+
+FitTouches fit_touches_of(const std::string& target, std::span<const Touch> touches,
+                          const Calibration& calibration) {
+  FitTouches own;
+  for (const TouchResidual& r : calibration.residuals) {
+    if (touches[r.touch].target != target || touches[r.touch].set != TouchSet::kFit) continue;
+    ++own.all;
+    own.left_out += r.outlier ? 1 : 0;
+  }
+  return own;
+}
+
+std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& estimate,
+                                    const Calibration& calibration) {
+  const std::vector<double> leverage = leverages(problem, estimate, calibration.residuals);
+  std::vector<Outlier> outliers;
+  for (const TouchResidual& r : calibration.residuals) {
+    if (!r.outlier || problem.touches()[r.touch].set != TouchSet::kFit) continue;
+    const std::string& id = problem.touches()[r.touch].target;
+    Outlier outlier{r.touch, r.after_m, leverage[r.touch], OutlierKind::kOffItsTarget, id};
+    outlier.target_kind = problem.cell().targets[problem.cell().target_index(id)].kind;
+    outlier.sigmas = std::abs(r.whitened);
+    if (const auto other = lies_on(problem, calibration, r)) {
+      outlier.kind = OutlierKind::kOnAnotherTarget;
+      outlier.lies_on = *other;
+    } else if (outlier.leverage > kHoldsItself) {
+      outlier.kind = OutlierKind::kHoldsItself;
+    }
+    outliers.push_back(std::move(outlier));
+  }
+  return outliers;
+}
 
 std::optional<Finding> duplicate_touches(std::span<const Touch> touches) {
   const auto original = originals(touches);

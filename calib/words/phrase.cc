@@ -41,7 +41,8 @@ std::string localised(std::string number, const Language& language) {
 
 /// The first letter as a capital: ASCII, and the Latin letters with accents (UTF-8 C3 A0 to C3 BE).
 std::string capitalised(std::string text) {
-  const bool accented = text.size() > 1 && text[0] == '\xC3' && text[1] >= '\xA0' && text[1] != '\xB7';
+  const bool accented =
+      text.size() > 1 && text[0] == '\xC3' && text[1] >= '\xA0' && text[1] != '\xB7';
   char& first = text[accented ? 1 : 0];
   if (accented || (first >= 'a' && first <= 'z')) first = static_cast<char>(first - 0x20);
   return text;

@@ -45,6 +45,127 @@ std::string token_in(const std::string& body) {
   return object["token"].get<std::string>();
 }
 
+constexpr std::chrono::minutes kForgotten{10};
+constexpr std::chrono::milliseconds kFirstWait{100}, kLongestWait{5'000};
+constexpr int kMostDoublings = 6;
+constexpr std::size_t kMostAddresses = 1000;
+
+using nlohmann::json;
+
+constexpr const char* kFormat = "cellcal.tokens/1";
+constexpr std::size_t kMostTokens = 1000, kMostBytes = 1u << 20;
+constexpr std::size_t kLongestTokenName = 64;
+constexpr const char* kHex = "0123456789abcdef";
+
+/// Text of the key; throws where it is missing or not a string.
+std::string token_field(const json& object, const char* key) {
+  return object.at(key).get<std::string>();
+}
+
+Token token_of(const json& value) {
+  Token token{token_field(value, "name"), Role::kNone, token_field(value, "sha256"),
+              token_field(value, "created")};
+  const auto role = parse_role(token_field(value, "role"));
+  const bool sound = role && is_token_name(token.name) && calib::is_sha256(token.sha256);
+  constexpr std::size_t kKeys = 4;
+  if (!sound || value.size() != kKeys) throw std::runtime_error("a token is malformed");
+  token.role = *role;
+  return token;
+}
+
+/// Throws on any malformed content.
+std::vector<Token> parse(const std::string& text) {
+  const json document = json::parse(text);
+  if (document.size() != 2 || token_field(document, "format") != kFormat) {
+    throw std::runtime_error(std::string("format must be \"") + kFormat + "\"");
+  }
+  const json& list = document.at("tokens");
+  if (!list.is_array() || list.size() > kMostTokens) throw std::runtime_error("no list of tokens");
+  std::vector<Token> tokens;
+  std::set<std::string> names;
+  for (const json& value : list) {
+    tokens.push_back(token_of(value));
+    if (!names.insert(tokens.back().name).second) throw std::runtime_error("a name is given twice");
+  }
+  return tokens;
+}
+
+std::string token_field(const std::vector<Token>& tokens) {
+  json list = json::array();
+  for (const Token& token : tokens) {
+    list.push_back({{"name", token.name},
+                    {"role", to_string(token.role)},
+                    {"sha256", token.sha256},
+                    {"created", token.created}});
+  }
+  return json{{"format", kFormat}, {"tokens", list}}.dump(1) + "\n";
+}
+
+std::string read(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text(kMostBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (file.bad() || text.size() > kMostBytes) throw std::runtime_error("cannot be read");
+  return text;
+}
+
+bool is_open_to_others(const std::filesystem::path& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0 && (info.st_mode & (S_IRWXG | S_IRWXO)) != 0;
+}
+
+/// Compares with all tokens, so that the duration reveals nothing.
+std::optional<Token> match(const std::vector<Token>& tokens, std::string_view sha256) {
+  std::optional<Token> found;
+  for (const Token& token : tokens) {
+    if (token.sha256.size() == sha256.size() &&
+        ::CRYPTO_memcmp(token.sha256.data(), sha256.data(), sha256.size()) == 0) {
+      found = token;
+    }
+  }
+  return found;
+}
+
+/// Screens and browsers of one token. The number of tokens is small, since only administrators add them.
+constexpr std::ptrdiff_t kMostOfOneToken = 32;
+
+bool same(const std::string& a, const std::string& b) {
+  return a.size() == b.size() && ::CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+using std::chrono::seconds;
+using std::chrono::system_clock;
+
+constexpr const char* kSignInFormat = "cellcal.sign-ins/1";
+constexpr std::size_t kMostSignInBytes = 16u << 20;  // 32 of each of 1000 tokens
+
+std::string text_of(const std::vector<SignIn>& all) {
+  json list = json::array();
+  for (const SignIn& one : all)
+    list.push_back({{"cookie_sha256", one.cookie_sha256},
+                    {"token_sha256", one.token_sha256},
+                    {"last_unix_s",
+                     std::chrono::duration_cast<seconds>(one.last.time_since_epoch()).count()}});
+  return json{{"format", kSignInFormat}, {"sign_ins", list}}.dump(1) + "\n";
+}
+
+/// Throws on any malformed content.
+std::vector<SignIn> parsed_sign_ins(const std::string& text) {
+  const json document = json::parse(text);
+  if (document.at("format") != kSignInFormat) throw std::runtime_error("another format");
+  std::vector<SignIn> all;
+  for (const json& value : document.at("sign_ins")) {
+    SignIn one{value.at("cookie_sha256").get<std::string>(),
+               value.at("token_sha256").get<std::string>(),
+               system_clock::time_point(seconds(value.at("last_unix_s").get<std::int64_t>()))};
+    if (!calib::is_sha256(one.cookie_sha256) || !calib::is_sha256(one.token_sha256))
+      throw std::runtime_error("a sign-in is malformed");
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
 }  // namespace
 
 class Access::Admitted final : public Stream {
@@ -169,15 +290,6 @@ std::string Access::cookie_of(const Request& request) const {
   return "";
 }
 
-namespace {
-
-constexpr std::chrono::minutes kForgotten{10};
-constexpr std::chrono::milliseconds kFirstWait{100}, kLongestWait{5'000};
-constexpr int kMostDoublings = 6;
-constexpr std::size_t kMostAddresses = 1000;
-
-}  // namespace
-
 FailedAttempts::Count FailedAttempts::add(const std::string& address) {
   const auto now = clock_();
   std::erase_if(of_, [&](const auto& one) { return now - one.second.last > kForgotten; });
@@ -226,87 +338,6 @@ void Clearance::update(const Status& status) {
   // kIdle and kDone leave the confirmation unchanged; kDone never occurs without a session under way.
   if (status.phase != Phase::kIdle && status.phase != Phase::kDone) forget();
 }
-
-namespace {
-
-using nlohmann::json;
-
-constexpr const char* kFormat = "cellcal.tokens/1";
-constexpr std::size_t kMostTokens = 1000, kMostBytes = 1u << 20;
-constexpr std::size_t kLongestTokenName = 64;
-constexpr const char* kHex = "0123456789abcdef";
-
-/// Text of the key; throws where it is missing or not a string.
-std::string token_field(const json& object, const char* key) {
-  return object.at(key).get<std::string>();
-}
-
-Token token_of(const json& value) {
-  Token token{token_field(value, "name"), Role::kNone, token_field(value, "sha256"),
-              token_field(value, "created")};
-  const auto role = parse_role(token_field(value, "role"));
-  const bool sound = role && is_token_name(token.name) && calib::is_sha256(token.sha256);
-  constexpr std::size_t kKeys = 4;
-  if (!sound || value.size() != kKeys) throw std::runtime_error("a token is malformed");
-  token.role = *role;
-  return token;
-}
-
-/// Throws on any malformed content.
-std::vector<Token> parse(const std::string& text) {
-  const json document = json::parse(text);
-  if (document.size() != 2 || token_field(document, "format") != kFormat) {
-    throw std::runtime_error(std::string("format must be \"") + kFormat + "\"");
-  }
-  const json& list = document.at("tokens");
-  if (!list.is_array() || list.size() > kMostTokens) throw std::runtime_error("no list of tokens");
-  std::vector<Token> tokens;
-  std::set<std::string> names;
-  for (const json& value : list) {
-    tokens.push_back(token_of(value));
-    if (!names.insert(tokens.back().name).second) throw std::runtime_error("a name is given twice");
-  }
-  return tokens;
-}
-
-std::string token_field(const std::vector<Token>& tokens) {
-  json list = json::array();
-  for (const Token& token : tokens) {
-    list.push_back({{"name", token.name},
-                    {"role", to_string(token.role)},
-                    {"sha256", token.sha256},
-                    {"created", token.created}});
-  }
-  return json{{"format", kFormat}, {"tokens", list}}.dump(1) + "\n";
-}
-
-std::string read(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text(kMostBytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (file.bad() || text.size() > kMostBytes) throw std::runtime_error("cannot be read");
-  return text;
-}
-
-bool is_open_to_others(const std::filesystem::path& path) {
-  struct stat info {};
-  return ::stat(path.c_str(), &info) == 0 && (info.st_mode & (S_IRWXG | S_IRWXO)) != 0;
-}
-
-/// Compares with all tokens, so that the duration reveals nothing.
-std::optional<Token> match(const std::vector<Token>& tokens, std::string_view sha256) {
-  std::optional<Token> found;
-  for (const Token& token : tokens) {
-    if (token.sha256.size() == sha256.size() &&
-        ::CRYPTO_memcmp(token.sha256.data(), sha256.data(), sha256.size()) == 0) {
-      found = token;
-    }
-  }
-  return found;
-}
-
-}  // namespace
 
 std::string random_secret() {
   std::array<unsigned char, 32> bytes{};
@@ -397,17 +428,6 @@ std::optional<Token> TokenStore::find_by_sha256(std::string_view sha256) const {
   return match(*tokens(), sha256);
 }
 
-namespace {
-
-/// Screens and browsers of one token. The number of tokens is small, since only administrators add them.
-constexpr std::ptrdiff_t kMostOfOneToken = 32;
-
-bool same(const std::string& a, const std::string& b) {
-  return a.size() == b.size() && ::CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
-}
-
-}  // namespace
-
 SignIns::SignIns(const TokenStore& tokens, const std::filesystem::path& file, Clock clock)
     : tokens_(tokens), clock_(std::move(clock)) {
   if (file.empty()) return;
@@ -449,42 +469,6 @@ std::optional<Token> SignIns::find(const std::string& cookie) {
   found->last = now;
   return tokens_.find_by_sha256(found->token_sha256);
 }
-
-namespace {
-
-using std::chrono::seconds;
-using std::chrono::system_clock;
-
-constexpr const char* kSignInFormat = "cellcal.sign-ins/1";
-constexpr std::size_t kMostSignInBytes = 16u << 20;  // 32 of each of 1000 tokens
-
-std::string text_of(const std::vector<SignIn>& all) {
-  json list = json::array();
-  for (const SignIn& one : all)
-    list.push_back({{"cookie_sha256", one.cookie_sha256},
-                    {"token_sha256", one.token_sha256},
-                    {"last_unix_s",
-                     std::chrono::duration_cast<seconds>(one.last.time_since_epoch()).count()}});
-  return json{{"format", kSignInFormat}, {"sign_ins", list}}.dump(1) + "\n";
-}
-
-/// Throws on any malformed content.
-std::vector<SignIn> parsed_sign_ins(const std::string& text) {
-  const json document = json::parse(text);
-  if (document.at("format") != kSignInFormat) throw std::runtime_error("another format");
-  std::vector<SignIn> all;
-  for (const json& value : document.at("sign_ins")) {
-    SignIn one{value.at("cookie_sha256").get<std::string>(),
-               value.at("token_sha256").get<std::string>(),
-               system_clock::time_point(seconds(value.at("last_unix_s").get<std::int64_t>()))};
-    if (!calib::is_sha256(one.cookie_sha256) || !calib::is_sha256(one.token_sha256))
-      throw std::runtime_error("a sign-in is malformed");
-    all.push_back(std::move(one));
-  }
-  return all;
-}
-
-}  // namespace
 
 SignInFile::SignInFile(std::filesystem::path file)
     : file_(std::move(file)), thread_([this] { write_newest(); }) {}

@@ -46,12 +46,9 @@ auto cell_act(Act act) {
     switch (refused.why) {
       case Why::kThere:
       case Why::kChanged:
-      case Why::kMore:
-        throw BusyError(refused.what());
-      case Why::kName:
-        throw FieldError(refused.what(), "name", refused.what());
-      case Why::kStorage:
-        throw RequestError(refused.what());
+      case Why::kMore: throw BusyError(refused.what());
+      case Why::kName: throw FieldError(refused.what(), "name", refused.what());
+      case Why::kStorage: throw RequestError(refused.what());
       case Why::kUnusable:
         throw FieldError(refused.what(), refused.fault.key, refused.fault.reason);
     }
@@ -93,48 +90,6 @@ json robots_json(const std::vector<calib::NamedRobot>& kept) {
     list.push_back({{"name", one.file}, {"model", one.robot.name}});
   return list;
 }
-
-}  // namespace
-
-const CellFileStore& Api::shelf() {
-  if (shelf_ == nullptr) throw NotFound("this daemon writes no cell files. Use 'cellcal new-cell'");
-  return *shelf_;
-}
-
-std::optional<Response> Api::show_cell_form(const Call& call) {
-  json answer{{"folder", shelf().folder().string()},
-              {"cells", shelf().names()},
-              {"robots", robots_json(shelf().robots())},
-              {"reads_position", position_ && position_()},
-              {"shown", nullptr}};
-  if (const auto other = call.request.query.find("file"); other != call.request.query.end()) {
-    const std::filesystem::path file = cell_file_in(other->second);
-    keep_among_cells(call.request, file);
-    answer["shown"] =
-        shown_json(file.stem().string(), file, cell_act([&] { return CellFileStore::read(file); }));
-    return Response{.body = dump(answer)};
-  }
-  const auto name = call.request.query.find("name");
-  if (name == call.request.query.end()) return Response{.body = dump(answer)};
-  const auto shown = cell_act([&] { return shelf().find(name->second); });
-  if (!shown) throw NotFound("no cell \"" + printable(name->second) + "\" was made here");
-  answer["shown"] = shown_json(name->second, shelf().file(name->second), *shown);
-  return Response{.body = dump(answer)};
-}
-
-std::optional<Response> Api::read_cell_lists(const Call& call) {
-  const json body = object_in(call.request.body, {"spheres", "certificate"});
-  const std::string spheres = text_of(body, "spheres"), certificate = text_of(body, "certificate");
-  return cell_act([&] {
-    json answer{{"spheres", json::array()}, {"lengths", json::array()}};
-    if (!spheres.empty()) answer["spheres"] = to_json(spheres_in(spheres, "spheres"));
-    if (!certificate.empty())
-      answer["lengths"] = to_json(certificate_in(certificate, "certificate"));
-    return Response{.body = dump(answer)};
-  });
-}
-
-namespace {
 
 constexpr double kFastestUnitMmS = 1e4;
 
@@ -198,6 +153,44 @@ double unit_speed_mm_s(const json& body) {
 }
 
 }  // namespace
+
+const CellFileStore& Api::shelf() {
+  if (shelf_ == nullptr) throw NotFound("this daemon writes no cell files. Use 'cellcal new-cell'");
+  return *shelf_;
+}
+
+std::optional<Response> Api::show_cell_form(const Call& call) {
+  json answer{{"folder", shelf().folder().string()},
+              {"cells", shelf().names()},
+              {"robots", robots_json(shelf().robots())},
+              {"reads_position", position_ && position_()},
+              {"shown", nullptr}};
+  if (const auto other = call.request.query.find("file"); other != call.request.query.end()) {
+    const std::filesystem::path file = cell_file_in(other->second);
+    keep_among_cells(call.request, file);
+    answer["shown"] =
+        shown_json(file.stem().string(), file, cell_act([&] { return CellFileStore::read(file); }));
+    return Response{.body = dump(answer)};
+  }
+  const auto name = call.request.query.find("name");
+  if (name == call.request.query.end()) return Response{.body = dump(answer)};
+  const auto shown = cell_act([&] { return shelf().find(name->second); });
+  if (!shown) throw NotFound("no cell \"" + printable(name->second) + "\" was made here");
+  answer["shown"] = shown_json(name->second, shelf().file(name->second), *shown);
+  return Response{.body = dump(answer)};
+}
+
+std::optional<Response> Api::read_cell_lists(const Call& call) {
+  const json body = object_in(call.request.body, {"spheres", "certificate"});
+  const std::string spheres = text_of(body, "spheres"), certificate = text_of(body, "certificate");
+  return cell_act([&] {
+    json answer{{"spheres", json::array()}, {"lengths", json::array()}};
+    if (!spheres.empty()) answer["spheres"] = to_json(spheres_in(spheres, "spheres"));
+    if (!certificate.empty())
+      answer["lengths"] = to_json(certificate_in(certificate, "certificate"));
+    return Response{.body = dump(answer)};
+  });
+}
 
 std::optional<Response> Api::import_robot(const Call& call) {
   const json body =

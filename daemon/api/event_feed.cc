@@ -38,6 +38,112 @@ bool is_outdone(const Status& status, const Status& next) {
          status.done == next.done && status.target == next.target;
 }
 
+using nlohmann::json;
+
+template <typename T>
+json or_null(const std::optional<T>& value, double factor = 1.0) {
+  if (!value) return nullptr;
+  if constexpr (std::is_same_v<T, double>) return *value * factor;
+  return *value;
+}
+
+std::string hex(std::uint32_t value, int digits) { return fmt::format("{:0{}x}", value, digits); }
+
+json to_json(const std::optional<calib::WorkDone>& planning) {
+  if (!planning) return nullptr;
+  return {{"step", own_name(planning->step)}, {"done", planning->share}};
+}
+
+json to_json(const drivers::RobotState& robot) {
+  const drivers::RobotQuality& q = robot.quality;
+  return {
+      {"cycle_ms", robot.cycle_s * calib::kMsPerS},
+      {"jitter_ms", q.jitter_s * calib::kMsPerS},
+      {"longest_gap_ms", q.longest_gap_s * calib::kMsPerS},
+      {"packets", robot.packets},
+      {"gaps", q.gaps},
+      {"bad_packets", q.bad_packets},
+      {"late", robot.late},
+      {"mode", to_string(robot.mode)},
+      {"override_percent", robot.override_percent ? json(*robot.override_percent) : json(nullptr)},
+      {"contact_input", to_string(robot.input_path)},
+      {"stops_by_input", robot.stops_by_input},
+      {"replies", q.replies},
+      {"reply_ms",
+       {{"p50", q.reply_p50_s * calib::kMsPerS},
+        {"p99", q.reply_p99_s * calib::kMsPerS},
+        {"p999", q.reply_p999_s * calib::kMsPerS},
+        {"max", q.reply_max_s * calib::kMsPerS}}}};
+}
+
+json to_json(const std::optional<drivers::RoundTrip>& trip) {
+  if (!trip) return nullptr;
+  return {{"min", trip->min_s * calib::kMsPerS},
+          {"p50", trip->p50_s * calib::kMsPerS},
+          {"p99", trip->p99_s * calib::kMsPerS}};
+}
+
+json to_json(const drivers::ContactStatus& contact) {
+  const drivers::ContactQuality& q = contact.quality;
+  const drivers::ContactIdentity& id = contact.identity;
+  return {{"protocol", id.protocol},
+          {"firmware", fmt::format("{}.{}.{}", id.firmware[0], id.firmware[1], id.firmware[2])},
+          {"uid", hex(id.uid, 8)},
+          {"boot_id", id.boot_id},
+          {"config_crc", hex(id.config_crc, 4)},
+          {"in_contact", or_null(contact.in_contact)},
+          {"loop_ok", or_null(contact.loop_ok)},
+          {"self_test_ok", contact.self_test_ok},
+          {"frames", q.frames},
+          {"crc_errors", q.crc_errors},
+          {"gaps", q.gaps},
+          {"unknown_types", q.unknown_types},
+          {"bounces", q.bounces},
+          {"round_trip_ms", to_json(q.round_trip)},
+          {"clock_sigma_us", or_null(q.clock_sigma_s, 1e6)},
+          {"clock_drift_ppm", or_null(q.clock_drift_ppm)},
+          {"heartbeat_jitter_ms", q.heartbeat_jitter_s * calib::kMsPerS},
+          {"late_ms",
+           {{"p50", q.late_p50_s * calib::kMsPerS},
+            {"max", q.late_max_s * calib::kMsPerS},
+            {"worst", q.late_worst_s * calib::kMsPerS},
+            {"limit", std::chrono::duration<double, std::milli>(drivers::kHeartbeatLimit).count()},
+            {"over", contact.delivery.late}}},
+          {"sense_v", or_null(contact.sense_voltage_v)},
+          {"contact_v", q.contact_voltage_v}};
+}
+
+json to_json(const std::optional<Waiting>& waiting, const calib::Language& language) {
+  if (!waiting) return nullptr;
+  return {{"robot", waiting->robot},
+          {"contact", waiting->contact},
+          {"left_s", waiting->left_s},
+          {"start", words(waiting->start, language)}};
+}
+
+json to_json(const std::optional<ScheduleSeen>& schedule, const calib::Language& language) {
+  if (!schedule) return nullptr;
+  return {{"held", schedule->held.empty() ? json(nullptr) : json(words(schedule->held, language))},
+          {"open", schedule->open},
+          {"next_utc_s", or_null(schedule->next_utc_s)}};
+}
+
+json to_json(const std::shared_ptr<const LinkReport>& links) {
+  if (!links) return nullptr;
+  return {{"open", links->open},
+          {"robot", to_json(links->robot)},
+          {"contact", to_json(links->contact)}};
+}
+
+/// Degrees, of a linear unit millimetres.
+template <class Angles>
+json shown_joints(const Angles& angles_rad, bool linear_unit) {
+  json list = json::array();
+  for (const double angle : angles_rad)
+    list.push_back(angle * (linear_unit && list.empty() ? calib::kMmPerM : calib::kDegPerRad));
+  return list;
+}
+
 }  // namespace
 
 std::optional<EventId> parse_event_id(std::string_view text) {
@@ -176,116 +282,6 @@ void EventFeed::examine_joints() {
   ++joints_.number;
   joints_.text = event("robot", "", joints_to_json(status.session, *seen_));
 }
-
-namespace {
-
-using nlohmann::json;
-
-template <typename T>
-json or_null(const std::optional<T>& value, double factor = 1.0) {
-  if (!value) return nullptr;
-  if constexpr (std::is_same_v<T, double>) return *value * factor;
-  return *value;
-}
-
-std::string hex(std::uint32_t value, int digits) { return fmt::format("{:0{}x}", value, digits); }
-
-json to_json(const std::optional<calib::WorkDone>& planning) {
-  if (!planning) return nullptr;
-  return {{"step", own_name(planning->step)}, {"done", planning->share}};
-}
-
-json to_json(const drivers::RobotState& robot) {
-  const drivers::RobotQuality& q = robot.quality;
-  return {
-      {"cycle_ms", robot.cycle_s * calib::kMsPerS},
-      {"jitter_ms", q.jitter_s * calib::kMsPerS},
-      {"longest_gap_ms", q.longest_gap_s * calib::kMsPerS},
-      {"packets", robot.packets},
-      {"gaps", q.gaps},
-      {"bad_packets", q.bad_packets},
-      {"late", robot.late},
-      {"mode", to_string(robot.mode)},
-      {"override_percent", robot.override_percent ? json(*robot.override_percent) : json(nullptr)},
-      {"contact_input", to_string(robot.input_path)},
-      {"stops_by_input", robot.stops_by_input},
-      {"replies", q.replies},
-      {"reply_ms",
-       {{"p50", q.reply_p50_s * calib::kMsPerS},
-        {"p99", q.reply_p99_s * calib::kMsPerS},
-        {"p999", q.reply_p999_s * calib::kMsPerS},
-        {"max", q.reply_max_s * calib::kMsPerS}}}};
-}
-
-json to_json(const std::optional<drivers::RoundTrip>& trip) {
-  if (!trip) return nullptr;
-  return {{"min", trip->min_s * calib::kMsPerS},
-          {"p50", trip->p50_s * calib::kMsPerS},
-          {"p99", trip->p99_s * calib::kMsPerS}};
-}
-
-json to_json(const drivers::ContactStatus& contact) {
-  const drivers::ContactQuality& q = contact.quality;
-  const drivers::ContactIdentity& id = contact.identity;
-  return {{"protocol", id.protocol},
-          {"firmware", fmt::format("{}.{}.{}", id.firmware[0], id.firmware[1], id.firmware[2])},
-          {"uid", hex(id.uid, 8)},
-          {"boot_id", id.boot_id},
-          {"config_crc", hex(id.config_crc, 4)},
-          {"in_contact", or_null(contact.in_contact)},
-          {"loop_ok", or_null(contact.loop_ok)},
-          {"self_test_ok", contact.self_test_ok},
-          {"frames", q.frames},
-          {"crc_errors", q.crc_errors},
-          {"gaps", q.gaps},
-          {"unknown_types", q.unknown_types},
-          {"bounces", q.bounces},
-          {"round_trip_ms", to_json(q.round_trip)},
-          {"clock_sigma_us", or_null(q.clock_sigma_s, 1e6)},
-          {"clock_drift_ppm", or_null(q.clock_drift_ppm)},
-          {"heartbeat_jitter_ms", q.heartbeat_jitter_s * calib::kMsPerS},
-          {"late_ms",
-           {{"p50", q.late_p50_s * calib::kMsPerS},
-            {"max", q.late_max_s * calib::kMsPerS},
-            {"worst", q.late_worst_s * calib::kMsPerS},
-            {"limit", std::chrono::duration<double, std::milli>(drivers::kHeartbeatLimit).count()},
-            {"over", contact.delivery.late}}},
-          {"sense_v", or_null(contact.sense_voltage_v)},
-          {"contact_v", q.contact_voltage_v}};
-}
-
-json to_json(const std::optional<Waiting>& waiting, const calib::Language& language) {
-  if (!waiting) return nullptr;
-  return {{"robot", waiting->robot},
-          {"contact", waiting->contact},
-          {"left_s", waiting->left_s},
-          {"start", words(waiting->start, language)}};
-}
-
-json to_json(const std::optional<ScheduleSeen>& schedule, const calib::Language& language) {
-  if (!schedule) return nullptr;
-  return {{"held", schedule->held.empty() ? json(nullptr) : json(words(schedule->held, language))},
-          {"open", schedule->open},
-          {"next_utc_s", or_null(schedule->next_utc_s)}};
-}
-
-json to_json(const std::shared_ptr<const LinkReport>& links) {
-  if (!links) return nullptr;
-  return {{"open", links->open},
-          {"robot", to_json(links->robot)},
-          {"contact", to_json(links->contact)}};
-}
-
-/// Degrees, of a linear unit millimetres.
-template <class Angles>
-json shown_joints(const Angles& angles_rad, bool linear_unit) {
-  json list = json::array();
-  for (const double angle : angles_rad)
-    list.push_back(angle * (linear_unit && list.empty() ? calib::kMmPerM : calib::kDegPerRad));
-  return list;
-}
-
-}  // namespace
 
 nlohmann::json touch_json(std::size_t index, const calib::Touch& touch, bool linear_unit) {
   json value{{"index", index},

@@ -79,15 +79,11 @@ auto sent(Act act) {
     using Why = FrameNotSent::Why;
     switch (not_sent.why) {
       case Why::kNotConfigured:
-      case Why::kNoSuchRecord:
-        throw NotFound(not_sent.what());
-      case Why::kUnusable:
-        throw RequestError(not_sent.what());
+      case Why::kNoSuchRecord: throw NotFound(not_sent.what());
+      case Why::kUnusable: throw RequestError(not_sent.what());
       case Why::kChanged:
-      case Why::kController:
-        throw BusyError(not_sent.what());
-      case Why::kStorage:
-        break;
+      case Why::kController: throw BusyError(not_sent.what());
+      case Why::kStorage: break;
     }
     throw;
   }

@@ -137,14 +137,13 @@ class FoundArm {
     // The effective radius belongs to the first tool.
     const auto stated = std::ranges::find(found_.cell.targets, touch.target, &calib::Target::id);
     if (target == found_.targets.end() || stated == found_.cell.targets.end() ||
-        !touch.tool.empty() ||
-        touch.positioner_rad.size() != found_.cell.robot.positioner.size())
+        !touch.tool.empty() || touch.positioner_rad.size() != found_.cell.robot.positioner.size())
       return std::nullopt;
     const auto carriers =
         calib::carrier_rad(touch, *stated);  // the centre is in the frame of the last
-    const Vector3d tip = arm_.position(
-        arm_.prepare(touch.joint_rad, 0, arm_.load(touch.load), carriers, outer_rad(touch, *stated)),
-        errors_.data());
+    const Vector3d tip = arm_.position(arm_.prepare(touch.joint_rad, 0, arm_.load(touch.load),
+                                                    carriers, outer_rad(touch, *stated)),
+                                       errors_.data());
     Vector3d outwards = target->normal;
     double distance = outwards.dot(tip - target->centre_m);
     if (target->kind == calib::TargetKind::kSphere) {
@@ -382,12 +381,10 @@ json mesh(const calib::Obstacle& obstacle) {
 
 json obstacle_to_json(const calib::Obstacle& obstacle) {
   switch (obstacle.shape) {
-    case calib::ObstacleShape::kBox:
-      return box(obstacle.id, obstacle.frame, obstacle.size_m);
+    case calib::ObstacleShape::kBox: return box(obstacle.id, obstacle.frame, obstacle.size_m);
     case calib::ObstacleShape::kCylinder:
       return cylinder(obstacle.id, obstacle.frame, obstacle.diameter_m, obstacle.height_m);
-    case calib::ObstacleShape::kMesh:
-      break;
+    case calib::ObstacleShape::kMesh: break;
   }
   const bool empty = obstacle.mesh == nullptr || obstacle.mesh->vertices_m.empty();
   if (empty) return {{"id", obstacle.id}, {"shape", "unknown"}};

@@ -145,8 +145,7 @@ json to_json(const StoredProposal& one, const plant::ProposalBox& box) {
 
 /// {"reason": "why", "by": "a name"}; both optional when accepting.
 plant::Say decision_note_in(const Request& request, bool needs_reason) {
-  const json body =
-      request.body.empty() ? json::object() : calib::parse_json(request.body);
+  const json body = request.body.empty() ? json::object() : calib::parse_json(request.body);
   if (!body.is_object()) throw BadRequest(R"(the body must be {"reason": "why", "by": "a name"})");
   for (const auto& [key, value] : body.items())
     if (key != "reason" && key != "by") throw BadRequest("\"reason\" and \"by\" are known here");

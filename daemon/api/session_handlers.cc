@@ -96,7 +96,8 @@ json to_json(const PhaseTimes& times, const InterruptionCounts& by_cause) {
 }
 
 NotFound no_result(std::int64_t session) {
-  return NotFound(fmt::format("session {0} has no result of this kind. See 'cellcal show {0}'", session));
+  return NotFound(
+      fmt::format("session {0} has no result of this kind. See 'cellcal show {0}'", session));
 }
 
 std::int64_t page_size(const Request& request, std::int64_t usual) {

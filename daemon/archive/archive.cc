@@ -266,8 +266,9 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
   try {
     if (is_new) set_aside(results);  // as after a restored backup, of a session that was lost
   } catch (const std::exception& failed) {
-    throw ArchiveError(fmt::format("{}. Session {} is in the journal; {} is of another: move it away",
-                                   system_words(failed), session, results.string()));
+    throw ArchiveError(
+        fmt::format("{}. Session {} is in the journal; {} is of another: move it away",
+                    system_words(failed), session, results.string()));
   }
   const bool wanted = record && !record->calibration.empty() && record->origin;
   // Also completes an earlier import that stored the rows only.

@@ -286,8 +286,8 @@ calib::Standing standing_at(const Drift& drift, std::optional<double> now_s) {
   const bool ages = calibrated_s >= kYear2001S;
   const calib::CheckMeasurement* decided = drift.chart.newest_decided();
   const double evidence_s = decided != nullptr ? decided->time_s : calibrated_s;
-  calib::Standing standing = calib::standing_of(drift.chart, calibrated_s,
-                                                ages ? now_s.value_or(evidence_s) : evidence_s);
+  calib::Standing standing =
+      calib::standing_of(drift.chart, calibrated_s, ages ? now_s.value_or(evidence_s) : evidence_s);
   if (!ages) standing.due_s = std::numeric_limits<double>::infinity();
   return standing;
 }
@@ -320,7 +320,8 @@ void add_history(Journal& journal, const std::vector<SessionRecord>& newest_firs
   sessions.erase(drift.calibrated);
   std::int64_t oldest = drift.calibrated;
   for (auto one = sessions.rbegin();
-       one != sessions.rend() && drift.chart.others.size() < kMostOtherCharts; ++one) try {
+       one != sessions.rend() && drift.chart.others.size() < kMostOtherCharts; ++one)
+    try {
       calib::DriftChart chart = chart_of(journal, newest_first, *one);
       const double noise = chart.counted > 0 ? chart.noise : 0.0;
       drift.chart.others.push_back({*one, noise, std::move(chart.points)});

@@ -393,8 +393,7 @@ CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path&
   }
   if (reader.has("lengths")) {
     form.lengths = few(fields::object(length_fields()), kMostLengths).from(reader.at("lengths"));
-    for (const JsonReader& row : reader.at("lengths").items())
-      refuse_unknown(row, length_fields());
+    for (const JsonReader& row : reader.at("lengths").items()) refuse_unknown(row, length_fields());
   }
   if (reader.has("obstacles"))
     form.obstacles = obstacles_in(reader.at("obstacles"), cell_file, before);

@@ -145,7 +145,7 @@ class Certificate {
 
  private:
   struct Context {
-    std::string item;  ///< id of the item referred to
+    std::string item;                        ///< id of the item referred to
     std::string name{}, nearest{}, words{};  ///< as of a length
   };
   [[noreturn]] void fail(const std::string& words) const {

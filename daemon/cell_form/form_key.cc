@@ -35,41 +35,6 @@ std::string field_named(std::string_view key) {
   return std::string(found == kFields.end() ? key : found->second);
 }
 
-}  // namespace
-
-std::string form_key(std::string_view path) {
-  if (path.starts_with('.')) path.remove_prefix(1);
-  const std::size_t open = path.find('['), close = path.find(']');
-  if (open == std::string_view::npos || path.find('.') < open)
-    return std::string(path.substr(0, open));
-  if (close == std::string_view::npos || close < open) return {};
-  const Rows* rows = rows_named(path.substr(0, open));
-  std::size_t row = 0;
-  const auto [end, error] = std::from_chars(path.data() + open + 1, path.data() + close, row);
-  if (rows == nullptr || error != std::errc() || end != path.data() + close || row < rows->first)
-    return {};
-  std::string_view field = path.substr(close + 1);
-  if (field.starts_with('.')) field.remove_prefix(1);
-  field = field.substr(0, field.find_first_of(".["));
-  return std::string(rows->name) + '.' + std::to_string(row - rows->first) +
-         (field.empty() ? "" : '.' + field_named(field));
-}
-
-std::string words_at_origin(const calib::KeyError& error, const CellForm& form) {
-  const auto origin_in = [key = form_key(error.path) + '.'](const char* name, const auto& rows) {
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      if (key.starts_with(fmt::format("{}.{}.", name, i))) return rows[i].origin;
-    return std::string();
-  };
-  const std::string origin =
-      origin_in("spheres", form.spheres) + origin_in("lengths", form.lengths);
-  if (origin.empty()) return error.what();
-  const std::string key = error.path.substr(error.path.rfind('.') + 1);
-  return fmt::format("{}: {}: {}", origin, key == "between" ? "from, to" : key, error.reason);
-}
-
-namespace {
-
 enum class Place { kNone, kSphere, kLength, kTool, kObstacle };
 
 struct FaultyField {
@@ -133,6 +98,37 @@ std::string in_length(const CellForm& form, const std::vector<std::string>& ids,
 }
 
 }  // namespace
+
+std::string form_key(std::string_view path) {
+  if (path.starts_with('.')) path.remove_prefix(1);
+  const std::size_t open = path.find('['), close = path.find(']');
+  if (open == std::string_view::npos || path.find('.') < open)
+    return std::string(path.substr(0, open));
+  if (close == std::string_view::npos || close < open) return {};
+  const Rows* rows = rows_named(path.substr(0, open));
+  std::size_t row = 0;
+  const auto [end, error] = std::from_chars(path.data() + open + 1, path.data() + close, row);
+  if (rows == nullptr || error != std::errc() || end != path.data() + close || row < rows->first)
+    return {};
+  std::string_view field = path.substr(close + 1);
+  if (field.starts_with('.')) field.remove_prefix(1);
+  field = field.substr(0, field.find_first_of(".["));
+  return std::string(rows->name) + '.' + std::to_string(row - rows->first) +
+         (field.empty() ? "" : '.' + field_named(field));
+}
+
+std::string words_at_origin(const calib::KeyError& error, const CellForm& form) {
+  const auto origin_in = [key = form_key(error.path) + '.'](const char* name, const auto& rows) {
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      if (key.starts_with(fmt::format("{}.{}.", name, i))) return rows[i].origin;
+    return std::string();
+  };
+  const std::string origin =
+      origin_in("spheres", form.spheres) + origin_in("lengths", form.lengths);
+  if (origin.empty()) return error.what();
+  const std::string key = error.path.substr(error.path.rfind('.') + 1);
+  return fmt::format("{}: {}: {}", origin, key == "between" ? "from, to" : key, error.reason);
+}
 
 std::string key_of(const calib::CellFault& fault, const CellForm& form) {
   const FaultyField field = field_of(fault.kind);

@@ -441,6 +441,14 @@ void add_touches(const Sources& s, CertificateData& data) {
   }
 }
 
+constexpr int kDecisionDecimals = 3;
+
+bool is_set(const calib::Finding& finding, const char* name) {
+  for (const calib::Quantity& one : finding.evidence)
+    if (one.name == name) return one.value != 0.0;
+  return false;
+}
+
 }  // namespace
 
 void refuse_unless_reproduced(const Archive& archive, const std::string& from) {
@@ -476,18 +484,6 @@ CertificateData make_certificate(const Archive& archive, const std::string& from
   add_touches(sources, data);
   return data;
 }
-
-namespace {
-
-constexpr int kDecisionDecimals = 3;
-
-bool is_set(const calib::Finding& finding, const char* name) {
-  for (const calib::Quantity& one : finding.evidence)
-    if (one.name == name) return one.value != 0.0;
-  return false;
-}
-
-}  // namespace
 
 Decision decision_of(const Sources& sources) {
   Decision decision;

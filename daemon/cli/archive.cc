@@ -1,5 +1,3 @@
-#include "daemon/cli/actions.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/signed_files.h"
+#include "daemon/cli/actions.h"
 #include "daemon/cli/offline.h"
 #include "daemon/runner/backend.h"
 

@@ -146,8 +146,8 @@ std::optional<std::string> wrong_option(const CLI::App& app) {
                                    [](const std::string& one) { return one.starts_with('-'); });
   const std::string& wrong = dashed == left.end() ? left.front() : *dashed;
   if (std::ranges::find(names, wrong.substr(0, wrong.find('='))) != names.end())
-    return fmt::format("{} is before the command. Give it after: {} {}", wrong,
-                       command_of(app), wrong);
+    return fmt::format("{} is before the command. Give it after: {} {}", wrong, command_of(app),
+                       wrong);
   return fmt::format("unknown {} \"{}\".{}", dashed == left.end() ? "argument" : "option",
                      cellcal::calib::shown(wrong), nearest(wrong, names));
 }

@@ -1,3 +1,5 @@
+#include "daemon/certificate/certificate.h"
+
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -8,7 +10,6 @@
 #include "calib/files/input_file.h"
 #include "calib/model/enum_table.h"
 #include "daemon/api/http/http.h"
-#include "daemon/certificate/certificate.h"
 #include "daemon/cli/actions.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"

@@ -397,6 +397,22 @@ json body_of(const RunRequest& request) {
   return body;
 }
 
+/// False where the daemon's folder cannot be looked into.
+bool is_missing(const std::filesystem::path& path) {
+  std::error_code unknown;
+  return !std::filesystem::exists(path, unknown) && !unknown;
+}
+
+/// As conclude() has it, where nothing more is to be printed.
+int status_of_end(const json& status) {
+  const std::string phase = text_in(status, "phase");
+  if (phase == "failed" || phase == "aborted") return kJobFailed;
+  const json outcome = status.value("outcome", json());
+  if (!outcome.is_object()) return kSuccess;
+  const bool published = text_in(outcome, "kind") != "nothing_changed";  // good, and no new result
+  return outcome.value("good", false) && published ? kSuccess : kNotPublishable;
+}
+
 }  // namespace
 
 int run(const Connection& daemon, const RunRequest& request, bool or_full) {
@@ -427,26 +443,6 @@ int show_status(const Connection& daemon) {
       words += said({"say.cli.update", {{"words", update_phrase(*update)}}});
   return print_result(daemon.json, status, words);
 }
-
-namespace {
-
-/// False where the daemon's folder cannot be looked into.
-bool is_missing(const std::filesystem::path& path) {
-  std::error_code unknown;
-  return !std::filesystem::exists(path, unknown) && !unknown;
-}
-
-/// As conclude() has it, where nothing more is to be printed.
-int status_of_end(const json& status) {
-  const std::string phase = text_in(status, "phase");
-  if (phase == "failed" || phase == "aborted") return kJobFailed;
-  const json outcome = status.value("outcome", json());
-  if (!outcome.is_object()) return kSuccess;
-  const bool published = text_in(outcome, "kind") != "nothing_changed";  // good, and no new result
-  return outcome.value("good", false) && published ? kSuccess : kNotPublishable;
-}
-
-}  // namespace
 
 int watch(const Connection& daemon) {
   const json status = get(daemon, "/v1/status");

@@ -18,21 +18,6 @@ namespace {
 
 constexpr const char* kDefaultSocket = "/run/cellcal/cellcald.sock";
 
-}  // namespace
-
-std::shared_ptr<Connection> add_connection(CLI::App* command) {
-  auto daemon = std::make_shared<Connection>();
-  const char* set = std::getenv("CELLCAL_SOCKET");
-  daemon->socket = set != nullptr && *set != '\0' ? set : kDefaultSocket;
-  command->add_option("--socket", daemon->socket, "The daemon's socket (or set $CELLCAL_SOCKET)")
-      ->capture_default_str();
-  command->add_flag("--json", daemon->json, "Print JSON");
-  add_language(*command, daemon->language);
-  return daemon;
-}
-
-namespace {
-
 void add_progress(CLI::App* command, Connection& daemon) {
   command->add_flag("--progress", daemon.progress,
                     "Print progress every 10 s on standard error, even without a terminal");
@@ -301,6 +286,17 @@ void add_token_commands(CLI::App& app, int& status) {
 }
 
 }  // namespace
+
+std::shared_ptr<Connection> add_connection(CLI::App* command) {
+  auto daemon = std::make_shared<Connection>();
+  const char* set = std::getenv("CELLCAL_SOCKET");
+  daemon->socket = set != nullptr && *set != '\0' ? set : kDefaultSocket;
+  command->add_option("--socket", daemon->socket, "The daemon's socket (or set $CELLCAL_SOCKET)")
+      ->capture_default_str();
+  command->add_flag("--json", daemon->json, "Print JSON");
+  add_language(*command, daemon->language);
+  return daemon;
+}
 
 void add_client_commands(CLI::App& app, int& status) {
   add_run(app, status);

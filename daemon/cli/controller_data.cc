@@ -52,14 +52,6 @@ FrameMmDeg rounded(FrameMmDeg frame) {
   return frame;
 }
 
-}  // namespace
-
-bool has_an_arm(const MachineData& data) {
-  return data.length_a_m || data.length_b_m || data.wrist || data.flange || data.base;
-}
-
-namespace {
-
 std::optional<calib::Joint> linear_unit_or_warning(const MachineData& data) {
   try {
     return calib::linear_unit_of(data.external, data.robroot);
@@ -85,7 +77,19 @@ std::vector<calib::PositionerAxis> positioner_or_warning(const MachineData& data
   }
 }
 
+constexpr double kSameDirection = 2e-3;  // 0.1 deg
+
+/// "[0, 0, 1]", to a thousandth.
+std::string direction_words(const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d to = (direction * 1e3).array().round() / 1e3 + 0.0;
+  return fmt::format("[{:g}, {:g}, {:g}]", to.x(), to.y(), to.z());
+}
+
 }  // namespace
+
+bool has_an_arm(const MachineData& data) {
+  return data.length_a_m || data.length_b_m || data.wrist || data.flange || data.base;
+}
 
 calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data) {
   if (const auto unit = linear_unit_or_warning(data)) {
@@ -106,23 +110,12 @@ calib::Robot with_external_axes(calib::Robot arm, const calib::MachineData& data
     fmt::print(stderr, "positioner {}: {:g} to {:g} deg. Jog it and check its place and sense\n",
                axis.name, axis.min_rad * calib::kDegPerRad, axis.max_rad * calib::kDegPerRad);
   if (!arm.positioner.empty())
-    fmt::print(stderr,
-               "Machine data state no load of a positioner: add mass_kg and com_mm of table, fixture "
-               "and workpiece to [[positioner]]. Without them its axes count as stiff\n");
+    fmt::print(
+        stderr,
+        "Machine data state no load of a positioner: add mass_kg and com_mm of table, fixture "
+        "and workpiece to [[positioner]]. Without them its axes count as stiff\n");
   return arm;
 }
-
-namespace {
-
-constexpr double kSameDirection = 2e-3;  // 0.1 deg
-
-/// "[0, 0, 1]", to a thousandth.
-std::string direction_words(const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d to = (direction * 1e3).array().round() / 1e3 + 0.0;
-  return fmt::format("[{:g}, {:g}, {:g}]", to.x(), to.y(), to.z());
-}
-
-}  // namespace
 
 void compare_mounting(const MachineData& data, const calib::Robot& robot, const std::string& file,
                       bool taken) {

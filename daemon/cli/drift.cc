@@ -1,5 +1,3 @@
-#include "daemon/cli/actions.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include "calib/result/finding_phrase.h"
 #include "calib/result/update.h"
 #include "daemon/api/http/http.h"
+#include "daemon/cli/actions.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
 
@@ -153,8 +152,8 @@ std::string acknowledged_text(const json& controller) {
 }
 
 std::optional<calib::UpdateOrigin> update_of(const Connection& daemon, std::int64_t session) {
-  const Response calibration = http_request(
-      daemon.socket, "GET", fmt::format("/v1/sessions/{}/calibration.json", session));
+  const Response calibration =
+      http_request(daemon.socket, "GET", fmt::format("/v1/sessions/{}/calibration.json", session));
   if (calibration.status != 200) return std::nullopt;
   return calib::calibration_from_json(calibration.body, "the daemon's calibration").update;
 }
@@ -167,8 +166,9 @@ int show_drift(const Connection& daemon) {
     if (const auto of =
             update_of(daemon, static_cast<std::int64_t>(number_in(checks, "calibration"))))
       update = said({"say.cli.drift.update", {{"words", update_phrase(*of)}}});
-  put(daemon.json ? checks.dump() + "\n"
-                  : update + drift_text(checks) + acknowledged_text(answer.value("controller", json())),
+  put(daemon.json
+          ? checks.dump() + "\n"
+          : update + drift_text(checks) + acknowledged_text(answer.value("controller", json())),
       {});
   return checks.is_object() && text_in(checks, "state") == "alarms" ? kNotPublishable : kSuccess;
 }

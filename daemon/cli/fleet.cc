@@ -141,6 +141,30 @@ void require_sum(const std::string& bytes, const std::string& sum, const std::st
     throw std::runtime_error(printable(name) + ": damaged, SHA-256 does not match. Try again");
 }
 
+/// "check_touches, rank" as words.
+std::string finding_words(std::string_view names) {
+  std::string words;
+  for (std::size_t at = 0; at < names.size();) {
+    const std::size_t end = std::min(names.find(',', at), names.size());
+    const std::string name(names.substr(at, end - at)), id = "finding." + name;
+    words += (words.empty() ? "" : ", ") +
+             (calib::sentence_of(id) ? calib::words(calib::Phrase(id)) : name);
+    at = end + 2;
+  }
+  return words;
+}
+
+/// By the need; the detail takes the place of {}.
+const std::map<std::string, const char*> kNeedWords{
+    {"interrupted", "session interrupted ({}). At the cell: cellcal status"},
+    {"failed", "session failed: {}"},
+    {"drifted", "drift alarm: {}. Calibrate again"},
+    {"check-not-held", "check: calibration does not hold{}. Calibrate again"},
+    {"offline", "offline: {}"},
+    {"gap", "{} messages missing. At the cell: cellcal history"},
+    {"withheld", "newest calibration withheld{}"},
+    {"overdue", "{} due"}};
+
 }  // namespace
 
 int fleet_status(const Connection& fleet) {
@@ -185,34 +209,6 @@ int fleet_export(const Connection& fleet, const FleetExport& command) {
   put(document.body, command.output);
   return kSuccess;
 }
-
-namespace {
-
-/// "check_touches, rank" as words.
-std::string finding_words(std::string_view names) {
-  std::string words;
-  for (std::size_t at = 0; at < names.size();) {
-    const std::size_t end = std::min(names.find(',', at), names.size());
-    const std::string name(names.substr(at, end - at)), id = "finding." + name;
-    words += (words.empty() ? "" : ", ") +
-             (calib::sentence_of(id) ? calib::words(calib::Phrase(id)) : name);
-    at = end + 2;
-  }
-  return words;
-}
-
-/// By the need; the detail takes the place of {}.
-const std::map<std::string, const char*> kNeedWords{
-    {"interrupted", "session interrupted ({}). At the cell: cellcal status"},
-    {"failed", "session failed: {}"},
-    {"drifted", "drift alarm: {}. Calibrate again"},
-    {"check-not-held", "check: calibration does not hold{}. Calibrate again"},
-    {"offline", "offline: {}"},
-    {"gap", "{} messages missing. At the cell: cellcal history"},
-    {"withheld", "newest calibration withheld{}"},
-    {"overdue", "{} due"}};
-
-}  // namespace
 
 std::string need_words(const json& need) {
   constexpr std::size_t kDay = 10;  // YYYY-MM-DD

@@ -99,34 +99,6 @@ std::string json_of(const krl::ProposedFrames& result) {
   return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace
-
-bool is_base(const std::string& text) { return base_of(text).has_value(); }
-
-krl::ProposedFrames frames_of(const FramesCommand& command, const calib::Calibration& calibration) {
-  krl::FramesRequest request;
-  if (command.tool > 0) request.tool = command.tool;
-  for (const std::string& text : command.bases) {
-    const auto base = base_of(text);
-    if (base) request.bases[base->number] = base->targets;
-  }
-  for (const auto& path : command.controller)
-    request.controller.push_back({path.string(), calib::read_file(path, krl::kMostBytes + 1)});
-  request.calibration = command.calibration.filename().string();
-  return propose_frames(calibration, request);
-}
-
-int frames(const FramesCommand& command) {
-  const auto calibration = usable_calibration("frames", command.calibration, command.withheld);
-  if (!calibration) return kNotPublishable;
-  const krl::ProposedFrames result = frames_of(command, *calibration);
-  if (!command.output.empty()) put_as(as_krl, result.snippet, command.output);
-  put(command.json ? json_of(result) : report(result), {});
-  return kSuccess;
-}
-
-namespace {
-
 using nlohmann::json;
 
 json values_of(const calib::FrameMmDeg& f) {
@@ -255,6 +227,30 @@ void require_yes(bool confirmed, const std::string& question) {
 }
 
 }  // namespace
+
+bool is_base(const std::string& text) { return base_of(text).has_value(); }
+
+krl::ProposedFrames frames_of(const FramesCommand& command, const calib::Calibration& calibration) {
+  krl::FramesRequest request;
+  if (command.tool > 0) request.tool = command.tool;
+  for (const std::string& text : command.bases) {
+    const auto base = base_of(text);
+    if (base) request.bases[base->number] = base->targets;
+  }
+  for (const auto& path : command.controller)
+    request.controller.push_back({path.string(), calib::read_file(path, krl::kMostBytes + 1)});
+  request.calibration = command.calibration.filename().string();
+  return propose_frames(calibration, request);
+}
+
+int frames(const FramesCommand& command) {
+  const auto calibration = usable_calibration("frames", command.calibration, command.withheld);
+  if (!calibration) return kNotPublishable;
+  const krl::ProposedFrames result = frames_of(command, *calibration);
+  if (!command.output.empty()) put_as(as_krl, result.snippet, command.output);
+  put(command.json ? json_of(result) : report(result), {});
+  return kSuccess;
+}
 
 int send_frames(const Connection& daemon, const FramesCommand& frames, const SendFrames& how) {
   const calib::Calibration calibration = read_calibration(frames.calibration);

@@ -71,8 +71,7 @@ std::string urdf_text(const std::filesystem::path& urdf,
     case ChildEnd::Why::kTooMuch:
       throw calib::FileError(urdf.string(), fmt::format(": xacro writes more than {} MB",
                                                         calib::kMostUrdfBytes >> 20));
-    case ChildEnd::Why::kEnded:
-      break;
+    case ChildEnd::Why::kEnded: break;
   }
   if (end.status != 0)
     throw calib::FileError(urdf.string(), ": xacro: " + (end.err.empty() ? "failed without a reason"
@@ -294,40 +293,6 @@ void put_tool(const ImportRobotCommand& command, const calib::MachineData& data)
              command.cell.string());
 }
 
-}  // namespace
-
-int import_robot(const ImportRobotCommand& command) {
-  const calib::MachineData data = read_machine_files(command.machine_data);
-  if (!command.cell.empty()) put_tool(command, data);
-  if (!command.cell.empty() && command.output.empty()) return kSuccess;
-  std::vector<std::string> names;
-  calib::Robot robot;
-  if (!command.urdf.empty())
-    std::tie(robot, names) = from_urdf(command);
-  else
-    robot = geometry(command, data);
-  if (!command.machine_data.empty()) {
-    if (!command.urdf.empty() || !command.robot.empty()) {
-      const std::string file = (command.urdf.empty() ? command.robot : command.urdf).string();
-      refuse_other_zeros(data, robot, file);
-      print_differences(data, robot);
-      compare_mounting(data, robot, file, true);
-    }
-    if (!command.urdf.empty()) print_limits(data, robot);
-    robot = calib::with_machine_data(std::move(robot), data);
-    if (!data.type().empty()) robot.source += (robot.source.empty() ? "" : "; ") + data.type();
-    for (const std::string& line : frame_lines(data)) fmt::print(stderr, "{}\n", line);
-    print_accuracy(robot);
-  }
-  if (!command.urdf.empty()) check_joints(robot, names, command.urdf.string());
-  robot = with_external_axes(std::move(robot), data);
-  print_mounting(robot);
-  put_as(as_robot, calib::robot_to_toml(robot), command.output);
-  return kSuccess;
-}
-
-namespace {
-
 std::string rigid_words(const calib::OmittedEffects& out) {
   return fmt::format(
       "{:.3f} mm mean, {:.3f} mm max over the workspace: effect of compliance, gears and bending, "
@@ -383,62 +348,6 @@ std::string comment(const ExportRobotCommand& command, const calib::Calibration&
                      command.calibration.filename().string(), rigid_words(out),
                      unit_words(command, calibration) + positioner_words(command, calibration));
 }
-
-}  // namespace
-
-int export_robot(const ExportRobotCommand& command) {
-  const auto usable = usable_calibration("export-robot", command.calibration, command.withheld);
-  if (!usable) return kNotPublishable;
-  const calib::Calibration& calibration = *usable;
-  if (command.as == "json") {
-    put(calib::arm_json(calibration), command.output);
-    return kSuccess;
-  }
-  if (command.as == "kuka") {
-    put(calib::external_kinematic_lines(calibration), command.output);
-    return kSuccess;
-  }
-  const calib::RigidArm nominal = calib::nominal_rigid_arm(calibration.cell);
-  const calib::RigidArm real = calib::nearest_rigid_arm(calibration);
-  const calib::OmittedEffects out = calib::left_out(calibration, real);
-  const std::string words = comment(command, calibration, out);
-  std::string text;
-  const auto yaml = [&](const calib::JointFrames& frames) {
-    return calib::ros_yaml(frames, words) + calib::unit_yaml(calibration, frames.joints.front());
-  };
-  if (command.as == "dh") {
-    text = calib::dh_csv(nominal, real);
-  } else if (command.urdf.empty()) {
-    const calib::JointFrames frames = calib::joint_frames(real);
-    text = command.as == "urdf" ? calib::urdf_of(frames, calibration.cell.robot.name, words)
-                                : yaml(frames);
-  } else {
-    const std::string given = urdf_text(command.urdf, {});
-    const std::string name = command.urdf.string();
-    const calib::UrdfChain chain = calib::read_urdf(given, name, command.ends);
-    if (const std::string link = calib::calibrated_flange(chain);
-        command.as == "urdf" && !link.empty())
-      fmt::print(
-          stderr,
-          "warning: link \"{}\" lies on the last joint's axis, which cannot hold the flange's own error: the "
-          "calibrated flange is the added link \"{}\"\n",
-          calib::shown(chain.tip_link), calib::shown(link));
-    text = command.as == "urdf"
-               ? calib::calibrated_urdf(given, name, command.ends, nominal, real, words)
-               : yaml(calib::moved_frames(chain.frames, nominal, real));
-  }
-  if (command.as == "urdf")
-    read_back(text, command.output, [&](const auto& urdf, const auto& its_name) {
-      calib::read_urdf(urdf, its_name, command.ends);
-    });
-  put(text, command.output);
-  fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct{}\n",
-             rigid_words(out),
-             unit_words(command, calibration) + positioner_words(command, calibration));
-  return kSuccess;
-}
-
-namespace {
 
 struct Listed {
   std::filesystem::path file;
@@ -507,6 +416,88 @@ std::string as_json(const std::map<std::string, Listed>& robots) {
 }
 
 }  // namespace
+
+int import_robot(const ImportRobotCommand& command) {
+  const calib::MachineData data = read_machine_files(command.machine_data);
+  if (!command.cell.empty()) put_tool(command, data);
+  if (!command.cell.empty() && command.output.empty()) return kSuccess;
+  std::vector<std::string> names;
+  calib::Robot robot;
+  if (!command.urdf.empty())
+    std::tie(robot, names) = from_urdf(command);
+  else
+    robot = geometry(command, data);
+  if (!command.machine_data.empty()) {
+    if (!command.urdf.empty() || !command.robot.empty()) {
+      const std::string file = (command.urdf.empty() ? command.robot : command.urdf).string();
+      refuse_other_zeros(data, robot, file);
+      print_differences(data, robot);
+      compare_mounting(data, robot, file, true);
+    }
+    if (!command.urdf.empty()) print_limits(data, robot);
+    robot = calib::with_machine_data(std::move(robot), data);
+    if (!data.type().empty()) robot.source += (robot.source.empty() ? "" : "; ") + data.type();
+    for (const std::string& line : frame_lines(data)) fmt::print(stderr, "{}\n", line);
+    print_accuracy(robot);
+  }
+  if (!command.urdf.empty()) check_joints(robot, names, command.urdf.string());
+  robot = with_external_axes(std::move(robot), data);
+  print_mounting(robot);
+  put_as(as_robot, calib::robot_to_toml(robot), command.output);
+  return kSuccess;
+}
+
+int export_robot(const ExportRobotCommand& command) {
+  const auto usable = usable_calibration("export-robot", command.calibration, command.withheld);
+  if (!usable) return kNotPublishable;
+  const calib::Calibration& calibration = *usable;
+  if (command.as == "json") {
+    put(calib::arm_json(calibration), command.output);
+    return kSuccess;
+  }
+  if (command.as == "kuka") {
+    put(calib::external_kinematic_lines(calibration), command.output);
+    return kSuccess;
+  }
+  const calib::RigidArm nominal = calib::nominal_rigid_arm(calibration.cell);
+  const calib::RigidArm real = calib::nearest_rigid_arm(calibration);
+  const calib::OmittedEffects out = calib::left_out(calibration, real);
+  const std::string words = comment(command, calibration, out);
+  std::string text;
+  const auto yaml = [&](const calib::JointFrames& frames) {
+    return calib::ros_yaml(frames, words) + calib::unit_yaml(calibration, frames.joints.front());
+  };
+  if (command.as == "dh") {
+    text = calib::dh_csv(nominal, real);
+  } else if (command.urdf.empty()) {
+    const calib::JointFrames frames = calib::joint_frames(real);
+    text = command.as == "urdf" ? calib::urdf_of(frames, calibration.cell.robot.name, words)
+                                : yaml(frames);
+  } else {
+    const std::string given = urdf_text(command.urdf, {});
+    const std::string name = command.urdf.string();
+    const calib::UrdfChain chain = calib::read_urdf(given, name, command.ends);
+    if (const std::string link = calib::calibrated_flange(chain);
+        command.as == "urdf" && !link.empty())
+      fmt::print(
+          stderr,
+          "warning: link \"{}\" lies on the last joint's axis, which cannot hold the flange's own error: the "
+          "calibrated flange is the added link \"{}\"\n",
+          calib::shown(chain.tip_link), calib::shown(link));
+    text = command.as == "urdf"
+               ? calib::calibrated_urdf(given, name, command.ends, nominal, real, words)
+               : yaml(calib::moved_frames(chain.frames, nominal, real));
+  }
+  if (command.as == "urdf")
+    read_back(text, command.output, [&](const auto& urdf, const auto& its_name) {
+      calib::read_urdf(urdf, its_name, command.ends);
+    });
+  put(text, command.output);
+  fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct{}\n",
+             rigid_words(out),
+             unit_words(command, calibration) + positioner_words(command, calibration));
+  return kSuccess;
+}
 
 int robots(const RobotsCommand& command) {
   const std::map<std::string, Listed> all = all_robots();

@@ -118,52 +118,6 @@ void require_address(const DaemonConfig& config, const std::filesystem::path& fi
       file.string(), config.rsi.bind_address, list));
 }
 
-}  // namespace
-
-int kuka_files(const KukaFilesCommand& command) {
-  const DaemonConfig config = load_config(command.config);
-  const bool eki = command.wire.empty() ? wire_of(config) == WireKind::kEki : command.wire == "eki";
-  std::optional<calib::Cell> cell;
-  if (!command.cell.empty()) cell = calib::load_cell(command.cell);
-  if (eki && config.rsi_files.rsi_version == 6) {
-    throw drivers::ConfigError(command.config.string() +
-                               ": rsi_version = 6 (iiQKA.OS2) has no --wire eki: EthernetKRL 6 is "
-                               "not supported. Use RSI");
-  }
-  if (!command.verify.empty()) return verify(command, config, eki, cell);
-  if (!eki) require_address(config, command.config);
-  const drivers::ControllerFiles files = eki    ? drivers::eki_files(config.controller)
-                                         : cell ? drivers::rsi_files(rsi_files_for(config, *cell))
-                                                : drivers::rsi_files(config.rsi_files);
-  const bool six = config.rsi_files.rsi_version == 6;
-  std::filesystem::create_directories(command.output);
-  nlohmann::json list = nlohmann::json::array();
-  for (const auto& [name, text] : files) {
-    write_atomically(command.output / name, text);
-    list.push_back({{"file", (command.output / name).string()},
-                    {"goes_to", six ? place_in_project(name) : place_of(name)}});
-  }
-  if (command.json) {
-    put(nlohmann::json{{"files", list}}.dump(1) + "\n", {});
-    return kSuccess;
-  }
-  std::string words;
-  for (const auto& one : list) {
-    words += fmt::format("{:<40} {}\n", one["file"].get<std::string>(),
-                         one["goes_to"].get<std::string>());
-  }
-  words += resources(config, eki) + (six ? kImport : kIntoProject);
-  if (!eki && !cell && !config.rsi_files.space.on) {
-    words +=
-        "no --cell CELL: the program keeps the axes within the software limit switches, not "
-        "within the ranges of the cell's robot\n";
-  }
-  put(words, {});
-  return kSuccess;
-}
-
-namespace {
-
 void print(const Finding& one, const calib::Language& language) {
   // English output has the names that --json has.
   const std::string check =
@@ -239,6 +193,48 @@ std::string names_of_failed(const Findings& findings) {
 }
 
 }  // namespace
+
+int kuka_files(const KukaFilesCommand& command) {
+  const DaemonConfig config = load_config(command.config);
+  const bool eki = command.wire.empty() ? wire_of(config) == WireKind::kEki : command.wire == "eki";
+  std::optional<calib::Cell> cell;
+  if (!command.cell.empty()) cell = calib::load_cell(command.cell);
+  if (eki && config.rsi_files.rsi_version == 6) {
+    throw drivers::ConfigError(command.config.string() +
+                               ": rsi_version = 6 (iiQKA.OS2) has no --wire eki: EthernetKRL 6 is "
+                               "not supported. Use RSI");
+  }
+  if (!command.verify.empty()) return verify(command, config, eki, cell);
+  if (!eki) require_address(config, command.config);
+  const drivers::ControllerFiles files = eki    ? drivers::eki_files(config.controller)
+                                         : cell ? drivers::rsi_files(rsi_files_for(config, *cell))
+                                                : drivers::rsi_files(config.rsi_files);
+  const bool six = config.rsi_files.rsi_version == 6;
+  std::filesystem::create_directories(command.output);
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& [name, text] : files) {
+    write_atomically(command.output / name, text);
+    list.push_back({{"file", (command.output / name).string()},
+                    {"goes_to", six ? place_in_project(name) : place_of(name)}});
+  }
+  if (command.json) {
+    put(nlohmann::json{{"files", list}}.dump(1) + "\n", {});
+    return kSuccess;
+  }
+  std::string words;
+  for (const auto& one : list) {
+    words += fmt::format("{:<40} {}\n", one["file"].get<std::string>(),
+                         one["goes_to"].get<std::string>());
+  }
+  words += resources(config, eki) + (six ? kImport : kIntoProject);
+  if (!eki && !cell && !config.rsi_files.space.on) {
+    words +=
+        "no --cell CELL: the program keeps the axes within the software limit switches, not "
+        "within the ranges of the cell's robot\n";
+  }
+  put(words, {});
+  return kSuccess;
+}
 
 int doctor(const DoctorCommand& command) {
   const calib::Language language = language_of(command.language, command.config);

@@ -161,8 +161,8 @@ std::string words(const NewCellCommand& command, const CellForm& form, const cal
                   const std::vector<calib::Phrase>& warnings, const PlannedCell& planned) {
   const std::string file = command.output.string();
   std::string text =
-      fmt::format("{}: {}, {}, {}\n", file, cell.robot.name,
-                  counted(form.spheres.size(), "sphere"), counted(form.lengths.size(), "certified length"));
+      fmt::format("{}: {}, {}, {}\n", file, cell.robot.name, counted(form.spheres.size(), "sphere"),
+                  counted(form.lengths.size(), "certified length"));
   for (const calib::Phrase& one : warnings) text += "warning: " + calib::words(one) + "\n";
   if (form.lengths.empty())
     text += "warning: no certified length: the result will count near the spheres only\n";
@@ -202,82 +202,6 @@ void refuse_to_replace(const NewCellCommand& command) {
     throw std::runtime_error(command.output.string() +
                              " exists. Choose another file with -o, or replace it with --force");
 }
-
-}  // namespace
-
-int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& asked) {
-  require_output_folder(command.output);  // before the first question, so that no answers are lost
-  refuse_to_replace(command);
-  CellForm form;
-  ask_for_rest(form, apply_request_options(command, form), command.output, in, asked);
-  if (const std::string wrong = objection(form); !wrong.empty())
-    throw std::runtime_error(wrong + " (nothing was written)");
-  const calib::Cell cell = cell_of(form);
-  std::vector<calib::Phrase> warnings =
-      calib::refuse_faulty(cell);  // before an existing file is replaced
-  const std::string text = cell_text(form);
-  read_back(text, command.output, [&](const auto& written, const auto& name) {
-    calib::parse_cell({name, written, form.robot.name, form.robot.text});
-  });
-  if (!std::filesystem::exists(form.robot.name) ||
-      calib::read_file(form.robot.name, calib::kMostTomlBytes) != form.robot.text)
-    write_atomically(form.robot.name, form.robot.text);  // of machine data
-  calib::UsedFiles::note(form.robot.name, calib::UsedFiles::As::kWritten);
-  put(text, command.output);
-  const PlannedCell planned = plan_it(cell, warnings);
-  put(command.json ? as_json(command, warnings, planned)
-                   : words(command, form, cell, warnings, planned),
-      {});
-  return planned.why_not ? 1 : 0;
-}
-
-void add_new_cell_command(CLI::App& app, int& status) {
-  auto given = std::make_shared<NewCellCommand>();
-  CLI::App* command = app.add_subcommand("new-cell", "Write a commented cell file with every key");
-  command->footer(
-      "Asks for what the options leave out; with --robot, --tool and --spheres it asks nothing. "
-      "Ctrl-D or\nCtrl-C ends it and nothing is written. Spheres can be taught: jog the tip onto the "
-      "top of each and\nenter the axis angles that the pendant shows. With --machine-data the robot file is made of it, beside the\n"
-      "cell file; the tool is its only one or that of --tool N; other tools and the bases follow as comments.\nExit status 1: nothing "
-      "written, or no plan can be made of the file yet; the reason is printed.\nExample: cellcal new-cell -o "
-      "cell.toml\n         cellcal new-cell -o cell.toml --robot kr6_r900_2 --tool 0,0,250,0,0,0 "
-      "--spheres spheres.csv --certificate certificate.csv\n         cellcal new-cell -o cell.toml "
-      "--machine-data backup.zip --tool 3 --spheres spheres.csv");
-  command->add_option("-o,--output,--out", given->output, "The file to write")
-      ->capture_default_str();
-  command->add_option("--robot", given->robot, "Shipped robot by name, or path of a robot file");
-  command->add_option("--tool", given->tool,
-                      "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg); with "
-                      "--machine-data also N, for TOOL_DATA[N] with LOAD_DATA[N]");
-  command->add_option(
-      "--machine-data", given->machine_data,
-      "The controller's backup (folder, ZIP), or its $machine.dat and $config.dat; may "
-      "be repeated");
-  command
-      ->add_option(
-          "--tool-sigma", given->tool_sigma_mm,
-          "1 sigma of X, Y and Z of it, in mm (0.5: measured with four points; 0: exact, the "
-          "TCP is not estimated)")
-      ->check(between(0.0, 1e3));
-  command->add_option("--mass", given->mass_kg, "Of all that is on the flange, in kg")
-      ->check(between(0.0, 1e4));
-  command->add_option("--tip-radius", given->tip_radius_mm, "Of the tip, in mm; 0: a point")
-      ->check(between(0.0, 1e3));
-  command->add_option(
-      "--floor", given->floor_mm,
-      "Height of floor or table top in the base frame, in mm: nothing goes below it");
-  command->add_option("--spheres", given->spheres,
-                      "CSV: id,diameter_mm and, where known, diameter_sigma_mm,x_mm,y_mm,z_mm, "
-                      "centre_sigma_mm; or their Digital Calibration Certificate (XML)");
-  command->add_option("--certificate", given->certificate,
-                      "CSV of certified lengths: from,to,mm,sigma_mm; or their Digital Calibration "
-                      "Certificate (XML)");
-  command->add_flag("--force", given->force, "Replace an existing file");
-  command->add_flag("--json", given->json, "Print the result as JSON");
-  command->callback([given, &status] { status = new_cell(*given, std::cin, std::cerr); });
-}
-
-namespace {
 
 constexpr std::size_t kMostSpheres = 100;
 bool is_file_of_values(const std::string& answer) {
@@ -503,34 +427,6 @@ void Dialogue::certificate() {
       if (length(form_.spheres[i].id, form_.spheres[k].id)) return;
 }
 
-}  // namespace
-
-void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::path& cell_file,
-                  std::istream& in, std::ostream& out) {
-  if (given.enough()) return;
-  // Lengths of a certificate given as an option refer to spheres that are entered later.
-  const std::vector<LengthForm> certified = std::exchange(form.lengths, {});
-  Dialogue dialogue(form, given, cell_file, in, out);
-  if (!given.robot) dialogue.robot();
-  if (!given.tool) dialogue.tool();
-  if (!given.tool_sigma) dialogue.tool_sigma();
-  if (!given.mass && !form.tool.mass_kg)
-    dialogue.number("Mass of all that is on the flange, kg (empty: not known)",
-                    [&](double kg) { form.tool.mass_kg = kg; });
-  if (!given.tip_radius)
-    dialogue.number("Radius of the tip, mm (empty: 0, a point)",
-                    [&](double mm) { form.tool.tip_radius_mm = mm; });
-  if (!form.floor_mm)
-    dialogue.number(
-        "Height of floor or table top in the base frame, mm: nothing goes below (empty: not known)",
-        [&](double mm) { form.floor_mm = mm; });
-  if (!given.spheres) dialogue.spheres();
-  form.lengths = certified;
-  if (!given.certificate) dialogue.certificate();
-}
-
-namespace {
-
 std::vector<std::string> split(std::string_view text, std::string_view between) {
   std::vector<std::string> words;
   for (std::size_t at = text.find_first_not_of(between); at != std::string_view::npos;
@@ -576,6 +472,102 @@ std::string words_of(const std::vector<std::size_t>& counts) {
 }
 
 }  // namespace
+
+int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& asked) {
+  require_output_folder(command.output);  // before the first question, so that no answers are lost
+  refuse_to_replace(command);
+  CellForm form;
+  ask_for_rest(form, apply_request_options(command, form), command.output, in, asked);
+  if (const std::string wrong = objection(form); !wrong.empty())
+    throw std::runtime_error(wrong + " (nothing was written)");
+  const calib::Cell cell = cell_of(form);
+  std::vector<calib::Phrase> warnings =
+      calib::refuse_faulty(cell);  // before an existing file is replaced
+  const std::string text = cell_text(form);
+  read_back(text, command.output, [&](const auto& written, const auto& name) {
+    calib::parse_cell({name, written, form.robot.name, form.robot.text});
+  });
+  if (!std::filesystem::exists(form.robot.name) ||
+      calib::read_file(form.robot.name, calib::kMostTomlBytes) != form.robot.text)
+    write_atomically(form.robot.name, form.robot.text);  // of machine data
+  calib::UsedFiles::note(form.robot.name, calib::UsedFiles::As::kWritten);
+  put(text, command.output);
+  const PlannedCell planned = plan_it(cell, warnings);
+  put(command.json ? as_json(command, warnings, planned)
+                   : words(command, form, cell, warnings, planned),
+      {});
+  return planned.why_not ? 1 : 0;
+}
+
+void add_new_cell_command(CLI::App& app, int& status) {
+  auto given = std::make_shared<NewCellCommand>();
+  CLI::App* command = app.add_subcommand("new-cell", "Write a commented cell file with every key");
+  command->footer(
+      "Asks for what the options leave out; with --robot, --tool and --spheres it asks nothing. "
+      "Ctrl-D or\nCtrl-C ends it and nothing is written. Spheres can be taught: jog the tip onto the "
+      "top of each and\nenter the axis angles that the pendant shows. With --machine-data the robot file is made of it, beside the\n"
+      "cell file; the tool is its only one or that of --tool N; other tools and the bases follow as comments.\nExit status 1: nothing "
+      "written, or no plan can be made of the file yet; the reason is printed.\nExample: cellcal new-cell -o "
+      "cell.toml\n         cellcal new-cell -o cell.toml --robot kr6_r900_2 --tool 0,0,250,0,0,0 "
+      "--spheres spheres.csv --certificate certificate.csv\n         cellcal new-cell -o cell.toml "
+      "--machine-data backup.zip --tool 3 --spheres spheres.csv");
+  command->add_option("-o,--output,--out", given->output, "The file to write")
+      ->capture_default_str();
+  command->add_option("--robot", given->robot, "Shipped robot by name, or path of a robot file");
+  command->add_option("--tool", given->tool,
+                      "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg); with "
+                      "--machine-data also N, for TOOL_DATA[N] with LOAD_DATA[N]");
+  command->add_option(
+      "--machine-data", given->machine_data,
+      "The controller's backup (folder, ZIP), or its $machine.dat and $config.dat; may "
+      "be repeated");
+  command
+      ->add_option(
+          "--tool-sigma", given->tool_sigma_mm,
+          "1 sigma of X, Y and Z of it, in mm (0.5: measured with four points; 0: exact, the "
+          "TCP is not estimated)")
+      ->check(between(0.0, 1e3));
+  command->add_option("--mass", given->mass_kg, "Of all that is on the flange, in kg")
+      ->check(between(0.0, 1e4));
+  command->add_option("--tip-radius", given->tip_radius_mm, "Of the tip, in mm; 0: a point")
+      ->check(between(0.0, 1e3));
+  command->add_option(
+      "--floor", given->floor_mm,
+      "Height of floor or table top in the base frame, in mm: nothing goes below it");
+  command->add_option("--spheres", given->spheres,
+                      "CSV: id,diameter_mm and, where known, diameter_sigma_mm,x_mm,y_mm,z_mm, "
+                      "centre_sigma_mm; or their Digital Calibration Certificate (XML)");
+  command->add_option("--certificate", given->certificate,
+                      "CSV of certified lengths: from,to,mm,sigma_mm; or their Digital Calibration "
+                      "Certificate (XML)");
+  command->add_flag("--force", given->force, "Replace an existing file");
+  command->add_flag("--json", given->json, "Print the result as JSON");
+  command->callback([given, &status] { status = new_cell(*given, std::cin, std::cerr); });
+}
+
+void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::path& cell_file,
+                  std::istream& in, std::ostream& out) {
+  if (given.enough()) return;
+  // Lengths of a certificate given as an option refer to spheres that are entered later.
+  const std::vector<LengthForm> certified = std::exchange(form.lengths, {});
+  Dialogue dialogue(form, given, cell_file, in, out);
+  if (!given.robot) dialogue.robot();
+  if (!given.tool) dialogue.tool();
+  if (!given.tool_sigma) dialogue.tool_sigma();
+  if (!given.mass && !form.tool.mass_kg)
+    dialogue.number("Mass of all that is on the flange, kg (empty: not known)",
+                    [&](double kg) { form.tool.mass_kg = kg; });
+  if (!given.tip_radius)
+    dialogue.number("Radius of the tip, mm (empty: 0, a point)",
+                    [&](double mm) { form.tool.tip_radius_mm = mm; });
+  if (!form.floor_mm)
+    dialogue.number(
+        "Height of floor or table top in the base frame, mm: nothing goes below (empty: not known)",
+        [&](double mm) { form.floor_mm = mm; });
+  if (!given.spheres) dialogue.spheres();
+  form.lengths = certified;
+  if (!given.certificate) dialogue.certificate();
+}
 
 std::vector<double> numbers(std::string_view text, const std::vector<std::size_t>& counts) {
   const auto is_count = [&](std::size_t n) { return std::ranges::find(counts, n) != counts.end(); };

@@ -198,6 +198,55 @@ std::string evidence_words(const calib::Calibration& c, std::span<const calib::T
   return text;
 }
 
+calib::InputFile input(const char* role, const std::string& name, const std::string& text) {
+  return {role, name, calib::sha256(text)};
+}
+
+/// Keeps symbolic links, and writes through pipes and devices. Refuses a file that the command has read or
+/// written, which would be lost.
+void write_output(const std::filesystem::path& output, const std::string& text) {
+  namespace fs = std::filesystem;
+  const std::string& name = output.native();
+  std::error_code ignored;
+  const fs::file_status status = fs::status(output, ignored);
+  if (name.starts_with("/dev/") || name.starts_with("/proc/") ||
+      (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status))) {
+    std::ofstream stream(output, std::ios::binary);
+    if (!(stream << text << std::flush))
+      throw std::runtime_error(name + ": cannot be written. Choose another file");
+    return;
+  }
+  constexpr int kMostLinks = 40;
+  fs::path file = output;
+  for (int k = 0; k < kMostLinks && fs::is_symlink(file); ++k)
+    file = file.parent_path() / fs::read_symlink(file);
+  require_output_folder(file);
+  if (const auto used = calib::UsedFiles::of(file))
+    throw std::runtime_error(name +
+                             (*used == calib::UsedFiles::As::kRead
+                                  ? " is an input of this command. Choose another file"
+                                  : " is another output of this command. Choose another file"));
+  write_atomically(file, text);
+  calib::UsedFiles::note(file, calib::UsedFiles::As::kWritten);
+}
+
+/// The touches are already made: faults of the cell file are only warnings.
+void warn_of_cell(const calib::Cell& cell) {
+  try {
+    for (const calib::CellFault& fault : calib::faults_of(cell)) warn(phrase(fault));
+  } catch (const calib::PlanError&) {  // of a robot that sessions cannot move
+  }
+}
+
+std::string withheld_words(const std::string& command, const std::filesystem::path& calibration,
+                           const calib::Verdict& verdict) {
+  std::string words =
+      said({"say.cli.withheld", {{"command", command}, {"file", calibration.string()}}});
+  for (const calib::Finding& reason : verdict.findings)
+    words += "  - " + said(calib::phrase(reason));
+  return words;
+}
+
 }  // namespace
 
 std::string delay_words(const calib::Calibration* fit,
@@ -260,50 +309,6 @@ void require_output_folder(const std::filesystem::path& output) {
         "no permission to write into {}. Use sudo, or choose another folder", folder.string()));
 }
 
-namespace {
-
-calib::InputFile input(const char* role, const std::string& name, const std::string& text) {
-  return {role, name, calib::sha256(text)};
-}
-
-/// Keeps symbolic links, and writes through pipes and devices. Refuses a file that the command has read or
-/// written, which would be lost.
-void write_output(const std::filesystem::path& output, const std::string& text) {
-  namespace fs = std::filesystem;
-  const std::string& name = output.native();
-  std::error_code ignored;
-  const fs::file_status status = fs::status(output, ignored);
-  if (name.starts_with("/dev/") || name.starts_with("/proc/") ||
-      (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status))) {
-    std::ofstream stream(output, std::ios::binary);
-    if (!(stream << text << std::flush))
-      throw std::runtime_error(name + ": cannot be written. Choose another file");
-    return;
-  }
-  constexpr int kMostLinks = 40;
-  fs::path file = output;
-  for (int k = 0; k < kMostLinks && fs::is_symlink(file); ++k)
-    file = file.parent_path() / fs::read_symlink(file);
-  require_output_folder(file);
-  if (const auto used = calib::UsedFiles::of(file))
-    throw std::runtime_error(name +
-                             (*used == calib::UsedFiles::As::kRead
-                                  ? " is an input of this command. Choose another file"
-                                  : " is another output of this command. Choose another file"));
-  write_atomically(file, text);
-  calib::UsedFiles::note(file, calib::UsedFiles::As::kWritten);
-}
-
-/// The touches are already made: faults of the cell file are only warnings.
-void warn_of_cell(const calib::Cell& cell) {
-  try {
-    for (const calib::CellFault& fault : calib::faults_of(cell)) warn(phrase(fault));
-  } catch (const calib::PlanError&) {  // of a robot that sessions cannot move
-  }
-}
-
-}  // namespace
-
 void report_reading(const std::filesystem::path& csv, const calib::Robot& robot) {
   calib::CsvTable table(calib::read_file(csv), csv.string(), "");
   calib::take_for_joints(table, robot);
@@ -357,7 +362,8 @@ int identify(const IdentifyCommand& command) {
   const std::string csv = calib::read_file(command.touches);
   const std::vector<calib::Touch> touches =
       calib::parse_touches(csv, command.touches.string(), cell);
-  if (touches.empty()) throw calib::FileError(command.touches.string(), ": no row after the header");
+  if (touches.empty())
+    throw calib::FileError(command.touches.string(), ": no row after the header");
   report_reading(command.touches, cell.robot);
   report_stands(command.touches, touches);
   calib::Calibration calibration = command.method == "paper"
@@ -387,19 +393,6 @@ int identify(const IdentifyCommand& command) {
   }
   return calibration.verdict.publish() ? kSuccess : kNotPublishable;
 }
-
-namespace {
-
-std::string withheld_words(const std::string& command, const std::filesystem::path& calibration,
-                           const calib::Verdict& verdict) {
-  std::string words =
-      said({"say.cli.withheld", {{"command", command}, {"file", calibration.string()}}});
-  for (const calib::Finding& reason : verdict.findings)
-    words += "  - " + said(calib::phrase(reason));
-  return words;
-}
-
-}  // namespace
 
 calib::Calibration read_calibration(const std::filesystem::path& file) {
   const std::string text = calib::read_file(file);

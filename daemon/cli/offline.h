@@ -35,7 +35,7 @@ struct PredictCommand {
   /// Id of a load in the cell file, or mass [kg] and centre [mm, flange frame]; empty: the tools.
   std::vector<std::string> load;
   std::string tool;  ///< id in the cell file, or X,Y,Z,A,B,C; empty: the first
-  std::string on;  ///< axis of the positioner whose frame the poses are in; empty: the base frame
+  std::string on;    ///< axis of the positioner whose frame the poses are in; empty: the base frame
 };
 int predict(const PredictCommand& command);
 
@@ -134,7 +134,8 @@ inline constexpr int kSuccess = 0;
 inline constexpr int kJobFailed = 1;
 inline constexpr int kWrongUsage = 2;
 inline constexpr int kNotPublishable = 3;
-inline constexpr int kDetached = 130;  ///< Ctrl-C: the session continues, and nothing is known of its end
+inline constexpr int kDetached =
+    130;  ///< Ctrl-C: the session continues, and nothing is known of its end
 
 // Human-readable results.
 

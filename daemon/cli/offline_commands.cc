@@ -325,25 +325,6 @@ void add_robots(CLI::App& app, int& status) {
   command->add_flag("--json", given->json, "Print JSON");
 }
 
-}  // namespace
-
-void add_offline_commands(CLI::App& app, int& status) {
-  add_identify(app, status);
-  add_predict(app, status);
-  add_correct(app, status);
-  add_frames(app, status);
-  add_mastering(app, status);
-  add_relate(app, status);
-  add_plan(app, status);
-  add_kuka_files(app, status);
-  add_robots(app, status);
-  add_export_robot(app, status);
-  add_import_robot(app, status);
-  add_doctor(app, status);
-}
-
-namespace {
-
 void add_learn(CLI::App& priors, int& status) {
   const auto [command, given] = add_command(
       priors, status, "learn",
@@ -391,7 +372,43 @@ void add_accept(CLI::App& priors, int& status) {
   command->add_flag("--json", given->json, "Print the changes as JSON");
 }
 
+/// Options for sending frames to the controller and restoring old values.
+void add_sending(CLI::App* command, CLI::Option* calibration, SendFrames& sending) {
+  auto* send = command->add_flag("--send", sending.send, "Set the frames on the controller");
+  auto* confirm = command->add_flag(
+      "--confirm", sending.confirm,
+      "With --send or --restore: do not ask. Every point taught in a frame moves with it");
+  auto* sent = command->add_flag("--sent", sending.list,
+                                 "List the frames sent to the controller, with the result");
+  auto* restore = command
+                      ->add_option("--restore", sending.restore,
+                                   "Set the old values that this number of --sent replaced")
+                      ->check(between(1, 1000000000));
+  command
+      ->add_flag("--other-calibration", sending.other_calibration,
+                 "With --send: also a calibration that is not the one in use on the daemon")
+      ->needs(send);
+  send->needs(calibration)->excludes(sent)->excludes(restore);
+  sent->excludes(calibration)->excludes(confirm);
+  restore->excludes(calibration)->excludes(sent);
+}
+
 }  // namespace
+
+void add_offline_commands(CLI::App& app, int& status) {
+  add_identify(app, status);
+  add_predict(app, status);
+  add_correct(app, status);
+  add_frames(app, status);
+  add_mastering(app, status);
+  add_relate(app, status);
+  add_plan(app, status);
+  add_kuka_files(app, status);
+  add_robots(app, status);
+  add_export_robot(app, status);
+  add_import_robot(app, status);
+  add_doctor(app, status);
+}
 
 void add_priors_commands(CLI::App& app, int& status) {
   CLI::App* priors = app.add_subcommand(
@@ -512,31 +529,6 @@ void add_correct(CLI::App& app, int& status) {
     status = correct(*given);
   });
 }
-
-namespace {
-
-/// Options for sending frames to the controller and restoring old values.
-void add_sending(CLI::App* command, CLI::Option* calibration, SendFrames& sending) {
-  auto* send = command->add_flag("--send", sending.send, "Set the frames on the controller");
-  auto* confirm = command->add_flag(
-      "--confirm", sending.confirm,
-      "With --send or --restore: do not ask. Every point taught in a frame moves with it");
-  auto* sent = command->add_flag("--sent", sending.list,
-                                 "List the frames sent to the controller, with the result");
-  auto* restore = command
-                      ->add_option("--restore", sending.restore,
-                                   "Set the old values that this number of --sent replaced")
-                      ->check(between(1, 1000000000));
-  command
-      ->add_flag("--other-calibration", sending.other_calibration,
-                 "With --send: also a calibration that is not the one in use on the daemon")
-      ->needs(send);
-  send->needs(calibration)->excludes(sent)->excludes(restore);
-  sent->excludes(calibration)->excludes(confirm);
-  restore->excludes(calibration)->excludes(sent);
-}
-
-}  // namespace
 
 void add_frames(CLI::App& app, int& status) {
   auto given = std::make_shared<FramesCommand>();

@@ -18,9 +18,9 @@ namespace cellcal::daemon {
 namespace {
 
 std::string axis_names(const calib::Robot& robot) {
-  return fmt::format("{}", fmt::join(robot.positioner |
-                                         std::views::transform(&calib::PositionerAxis::name),
-                                     ", "));
+  return fmt::format(
+      "{}",
+      fmt::join(robot.positioner | std::views::transform(&calib::PositionerAxis::name), ", "));
 }
 
 /// Angles of one axis that nothing which it carries was touched at.
@@ -86,8 +86,7 @@ void warn_outside_scope(const calib::Calibration& calibration,
            {"all", tcps_m.size()},
            {"row", std::ranges::find_if(tcps_m, outside) - tcps_m.begin() + 1}}});
   for (std::size_t j = 0; j < carriers; ++j)
-    if (j < calibration.positioner.size())
-      warn_of_axis(calibration.positioner[j], j, carrier_rad);
+    if (j < calibration.positioner.size()) warn_of_axis(calibration.positioner[j], j, carrier_rad);
 }
 
 }  // namespace cellcal::daemon

@@ -14,9 +14,9 @@ namespace cellcal::daemon {
 int carriers_of(const calib::Robot& robot, const std::string& axis);
 
 /// Angles of the first `carriers` axes in each row. Throws calib::FileError for a table without them.
-std::vector<std::vector<double>> carrier_angles(
-    std::vector<std::vector<double>> positioner_rad, int carriers,
-    const std::filesystem::path& table, const calib::Robot& robot);
+std::vector<std::vector<double>> carrier_angles(std::vector<std::vector<double>> positioner_rad,
+                                                int carriers, const std::filesystem::path& table,
+                                                const calib::Robot& robot);
 
 /// Warns of poses outside the calibration's scope, on standard error: far from its targets, and at
 /// angles that nothing was touched at. `tcps_m`: in the base frame, or that of the axes with

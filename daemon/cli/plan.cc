@@ -94,8 +94,7 @@ calib::AccuracyRegion region_of_programs(const PlanCommand& command, const calib
     for (const auto& [name, error] : found.no_points)
       if (++programs_without[name] == command.programs.size()) throw error;
     region.postures.insert(region.postures.end(), found.postures.begin(), found.postures.end());
-    for (const krl::Refusal& one : found.refusals)
-      warn(krl::phrase(one, cell.robot));
+    for (const krl::Refusal& one : found.refusals) warn(krl::phrase(one, cell.robot));
   }
   if (region.postures.size() < calib::AccuracyRegion::kFewestPostures)
     throw calib::FileError(fmt::format(
@@ -193,64 +192,6 @@ std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
   return lines;
 }
 
-}  // namespace
-
-int plan(const PlanCommand& command) {
-  calib::Cell cell = calib::load_cell(command.cell);
-  if (!command.last.empty())
-    cell = with_functions_of(read_calibration(command.last).cell.robot, std::move(cell));
-  for (const calib::Phrase& warning : calib::refuse_faulty(cell))
-    warn(warning);
-  calib::PlanOptions options;
-  options.fit_touches = command.touches;
-  options.check_touches = command.check;
-  options.goal_u95_m = command.goal_mm.value_or(0.0) / calib::kMmPerM;
-  options.seed = command.seed;
-  options.region = command.programs.empty() ? calib::parse_accuracy_region(command.region)
-                                            : region_of_programs(command, cell);
-  if (command.suggest_spheres > 0) return suggest_spheres(command, cell, options);
-  const calib::Plan made = [&] {
-    const PercentOnTerminal percent;
-    const calib::Watch watch([] { return false; },
-                             [&](const calib::WorkDone& done) { percent.show(done); });
-    return calib::make_plan(cell, options, begin_of(command, cell.robot));
-  }();
-  if (const auto fault = calib::fault_of(cell, made))
-    warn(phrase(*fault));
-  if (const auto low = calib::below_feet(cell, made))
-    warn(phrase(*low));
-  const auto short_of = missed(command, made);
-  if (short_of) warn(*short_of);
-  const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
-  if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
-  if (command.json) {
-    nlohmann::json json = json_of(made, cell.robot, needed);
-    if (command.goal_mm) json["goal_mm"] = *command.goal_mm;
-    if (made.missing) json["missing"] = json_of(*made.missing);
-    put(json.dump(1) + "\n", command.output);
-    return kSuccess;
-  }
-  std::vector<calib::Touch> touches;
-  for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
-  const calib::Phrase accuracy = foreseen(region_phrase(command), made, cell.robot),
-                      turn = travel(needed, made, cell.robot);
-  put_as([&](const auto& text, const auto& name) { calib::parse_touches(text, name, cell); },
-         "# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
-             words(accuracy) + "\n# " + words(turn) + "\n" +
-             (short_of ? "# " + words(*short_of) + "\n" : "") +
-             calib::format_touches(touches, cell.robot),
-         command.output);
-  if (!command.output.empty())
-    put(fmt::format("{}\n{}\n{}\n",
-                    say({"say.plan.written",
-                         {{"file", command.output.string()}, {"n", made.touches.size()}}}),
-                    say(accuracy), say(turn)),
-        {});
-  return kSuccess;
-}
-
-namespace {
-
 using calib::kMmPerM;
 
 /// Plan of the cell as its file states it; none where it cannot be planned, which is reported.
@@ -305,6 +246,57 @@ std::string json_of(const calib::SuggestedSpheres& suggested,
 }
 
 }  // namespace
+
+int plan(const PlanCommand& command) {
+  calib::Cell cell = calib::load_cell(command.cell);
+  if (!command.last.empty())
+    cell = with_functions_of(read_calibration(command.last).cell.robot, std::move(cell));
+  for (const calib::Phrase& warning : calib::refuse_faulty(cell)) warn(warning);
+  calib::PlanOptions options;
+  options.fit_touches = command.touches;
+  options.check_touches = command.check;
+  options.goal_u95_m = command.goal_mm.value_or(0.0) / calib::kMmPerM;
+  options.seed = command.seed;
+  options.region = command.programs.empty() ? calib::parse_accuracy_region(command.region)
+                                            : region_of_programs(command, cell);
+  if (command.suggest_spheres > 0) return suggest_spheres(command, cell, options);
+  const calib::Plan made = [&] {
+    const PercentOnTerminal percent;
+    const calib::Watch watch([] { return false; },
+                             [&](const calib::WorkDone& done) { percent.show(done); });
+    return calib::make_plan(cell, options, begin_of(command, cell.robot));
+  }();
+  if (const auto fault = calib::fault_of(cell, made)) warn(phrase(*fault));
+  if (const auto low = calib::below_feet(cell, made)) warn(phrase(*low));
+  const auto short_of = missed(command, made);
+  if (short_of) warn(*short_of);
+  const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
+  if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
+  if (command.json) {
+    nlohmann::json json = json_of(made, cell.robot, needed);
+    if (command.goal_mm) json["goal_mm"] = *command.goal_mm;
+    if (made.missing) json["missing"] = json_of(*made.missing);
+    put(json.dump(1) + "\n", command.output);
+    return kSuccess;
+  }
+  std::vector<calib::Touch> touches;
+  for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
+  const calib::Phrase accuracy = foreseen(region_phrase(command), made, cell.robot),
+                      turn = travel(needed, made, cell.robot);
+  put_as([&](const auto& text, const auto& name) { calib::parse_touches(text, name, cell); },
+         "# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
+             words(accuracy) + "\n# " + words(turn) + "\n" +
+             (short_of ? "# " + words(*short_of) + "\n" : "") +
+             calib::format_touches(touches, cell.robot),
+         command.output);
+  if (!command.output.empty())
+    put(fmt::format("{}\n{}\n{}\n",
+                    say({"say.plan.written",
+                         {{"file", command.output.string()}, {"n", made.touches.size()}}}),
+                    say(accuracy), say(turn)),
+        {});
+  return kSuccess;
+}
 
 int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
                     const calib::PlanOptions& options) {

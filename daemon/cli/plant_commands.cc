@@ -380,33 +380,6 @@ void add_propose(CLI::App* of, int& status) {
   });
 }
 
-}  // namespace
-
-void add_fleet_commands(CLI::App& app, int& status) {
-  CLI::App* fleet = app.add_subcommand("fleet", "Ask the plant's collector about all cells");
-  fleet->footer(
-      "cellcal-fleet collects what cells publish (man cellcal-fleet).\nExample: cellcal fleet status\n"
-      "         cellcal fleet overdue --json");
-  fleet->require_subcommand(1);
-
-  add_request<NoOptions>(
-      *fleet, status, "status", "List all cells, those first that need attention, and why",
-      "Example: cellcal fleet status",
-      [](const Connection& collector, const NoOptions&) { return fleet_status(collector); },
-      add_fleet);
-  add_request<NoOptions>(
-      *fleet, status, "overdue", "List calibrations and checks that are due",
-      "Exit status 3: there are some.\nExample: cellcal fleet overdue",
-      [](const Connection& collector, const NoOptions&) { return fleet_overdue(collector); },
-      add_fleet);
-
-  add_compare(fleet, status);
-  add_export(fleet, status);
-  add_propose(fleet, status);
-}
-
-namespace {
-
 /// Characters that need no escaping in a path of the API; the daemon checks that the proposal exists.
 const CLI::Validator kId(
     [](std::string& text) {
@@ -417,46 +390,6 @@ const CLI::Validator kId(
       return sound ? std::string() : std::string("a proposal's id has letters, digits, _ and -");
     },
     "ID");
-
-}  // namespace
-
-void add_proposal_commands(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand(
-      "proposals", "List what the plant proposed to this cell; accept or refuse it");
-  command->footer(
-      "A proposal causes no motion, neither on receipt nor on acceptance.\n"
-      "Example: cellcal proposals\n         cellcal proposals accept p-17\n"
-      "         cellcal proposals refuse p-17 --reason \"the torch is changed tomorrow\"");
-  command->require_subcommand(0, 1);
-  auto daemon = add_connection(command);
-  struct Given {
-    std::string id, reason;
-  };
-  auto given = std::make_shared<Given>();
-  CLI::App* accept =
-      command->add_subcommand("accept", "Accept a proposal, and print what to do now");
-  CLI::App* refuse = command->add_subcommand("refuse", "Refuse a proposal");
-  accept->footer("Example: cellcal proposals accept p-17");
-  refuse->footer(
-      "Example: cellcal proposals refuse p-17 --reason \"the torch is changed tomorrow\"");
-  for (CLI::App* one : {accept, refuse}) {
-    one->add_option("ID", given->id, "Id of the proposal, as 'cellcal proposals' lists it")
-        ->required()
-        ->check(kId);
-    auto* reason = one->add_option("--reason", given->reason, "Reason, sent to the proposer");
-    if (one == refuse) reason->required();
-  }
-  command->callback([=, &status] {
-    if (*accept)
-      status = accept_proposal(*daemon, given->id, given->reason);
-    else if (*refuse)
-      status = refuse_proposal(*daemon, given->id, given->reason);
-    else
-      status = list_proposals(*daemon);
-  });
-}
-
-namespace {
 
 constexpr std::size_t kShown = 10;
 
@@ -520,6 +453,65 @@ int release_schedule(const Connection& daemon) {
 }
 
 }  // namespace
+
+void add_fleet_commands(CLI::App& app, int& status) {
+  CLI::App* fleet = app.add_subcommand("fleet", "Ask the plant's collector about all cells");
+  fleet->footer(
+      "cellcal-fleet collects what cells publish (man cellcal-fleet).\nExample: cellcal fleet status\n"
+      "         cellcal fleet overdue --json");
+  fleet->require_subcommand(1);
+
+  add_request<NoOptions>(
+      *fleet, status, "status", "List all cells, those first that need attention, and why",
+      "Example: cellcal fleet status",
+      [](const Connection& collector, const NoOptions&) { return fleet_status(collector); },
+      add_fleet);
+  add_request<NoOptions>(
+      *fleet, status, "overdue", "List calibrations and checks that are due",
+      "Exit status 3: there are some.\nExample: cellcal fleet overdue",
+      [](const Connection& collector, const NoOptions&) { return fleet_overdue(collector); },
+      add_fleet);
+
+  add_compare(fleet, status);
+  add_export(fleet, status);
+  add_propose(fleet, status);
+}
+
+void add_proposal_commands(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand(
+      "proposals", "List what the plant proposed to this cell; accept or refuse it");
+  command->footer(
+      "A proposal causes no motion, neither on receipt nor on acceptance.\n"
+      "Example: cellcal proposals\n         cellcal proposals accept p-17\n"
+      "         cellcal proposals refuse p-17 --reason \"the torch is changed tomorrow\"");
+  command->require_subcommand(0, 1);
+  auto daemon = add_connection(command);
+  struct Given {
+    std::string id, reason;
+  };
+  auto given = std::make_shared<Given>();
+  CLI::App* accept =
+      command->add_subcommand("accept", "Accept a proposal, and print what to do now");
+  CLI::App* refuse = command->add_subcommand("refuse", "Refuse a proposal");
+  accept->footer("Example: cellcal proposals accept p-17");
+  refuse->footer(
+      "Example: cellcal proposals refuse p-17 --reason \"the torch is changed tomorrow\"");
+  for (CLI::App* one : {accept, refuse}) {
+    one->add_option("ID", given->id, "Id of the proposal, as 'cellcal proposals' lists it")
+        ->required()
+        ->check(kId);
+    auto* reason = one->add_option("--reason", given->reason, "Reason, sent to the proposer");
+    if (one == refuse) reason->required();
+  }
+  command->callback([=, &status] {
+    if (*accept)
+      status = accept_proposal(*daemon, given->id, given->reason);
+    else if (*refuse)
+      status = refuse_proposal(*daemon, given->id, given->reason);
+    else
+      status = list_proposals(*daemon);
+  });
+}
 
 void add_schedule_commands(CLI::App& app, int& status) {
   struct Given {

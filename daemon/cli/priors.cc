@@ -287,8 +287,7 @@ std::string set_aside_words(const calib::SetAside& one) {
   const std::string name = calib::shown(one.name, kWhole), other = calib::shown(one.other, kWhole);
   using calib::SetAsideKind;
   switch (one.kind) {
-    case SetAsideKind::kUnreadable:
-      return fmt::format("{}: cannot be read. {}", name, other);
+    case SetAsideKind::kUnreadable: return fmt::format("{}: cannot be read. {}", name, other);
     case SetAsideKind::kWithheld:
       return name + ": withheld, not used. Priors are learned from published calibrations";
     case SetAsideKind::kOtherNominalGeometry:

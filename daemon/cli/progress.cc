@@ -44,6 +44,16 @@ bool terminal_has_utf8() {
   return false;
 }
 
+double part(double whole, std::int64_t of) {
+  return of > 0 ? whole / static_cast<double>(of) : 0.0;
+}
+
+/// The daemon's own word where this program's catalogue has none.
+std::string word(const char* kind, const std::string& name) {
+  const std::string id = kind + name;
+  return calib::sentence_of(id) ? say(id) : name;
+}
+
 }  // namespace
 
 std::string progress_line(const Progress& progress, std::size_t width) {
@@ -145,20 +155,6 @@ void ProgressDisplay::clear() {
   std::fflush(stderr);
   shown_ = 0;
 }
-
-namespace {
-
-double part(double whole, std::int64_t of) {
-  return of > 0 ? whole / static_cast<double>(of) : 0.0;
-}
-
-/// The daemon's own word where this program's catalogue has none.
-std::string word(const char* kind, const std::string& name) {
-  const std::string id = kind + name;
-  return calib::sentence_of(id) ? say(id) : name;
-}
-
-}  // namespace
 
 std::string times_words(std::int64_t touches, std::span<const ActivityRow> rows) {
   std::vector<ActivityRow> sorted(rows.begin(), rows.end());

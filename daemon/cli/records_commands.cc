@@ -66,56 +66,6 @@ std::string names_in(const json& list, std::size_t most) {
   return printable(fmt::format("{}", fmt::join(names, ", ")));
 }
 
-}  // namespace
-
-std::string versions_text(const json& list) {
-  if (list.empty()) return said("say.cli.versions.none");
-  std::string words = said("say.cli.versions.head");
-  for (const json& one : list) words += version_line(one);
-  return list.size() < kMostVersions ? words : words + said("say.cli.versions.older");
-}
-
-std::string comparison_text(const json& all) {
-  const auto number = [&](const char* key) { return all[key].get<std::int64_t>(); };
-  if (!all["comparable"])
-    return said(
-        {"say.cli.compare.not", {{"before", number("before")}, {"after", number("after")}}});
-  std::string words = said({"say.cli.compare.apart",
-                            {{"mean", all["mean_mm"].get<double>()},
-                             {"max", all["max_mm"].get<double>()},
-                             {"poses", number("poses")},
-                             {"scope", scope(all["scope"])}}});
-  if (all["expected_mm"].is_number())
-    words += said({"say.cli.compare.expected", {{"mm", all["expected_mm"].get<double>()}}});
-  for (const auto& [key, session] :
-       {std::pair{"only_before", "before"}, std::pair{"only_after", "after"}}) {
-    if (all[key].empty()) continue;
-    const std::size_t more = all[key].size() - std::min(all[key].size(), kNamed);
-    words +=
-        said({more > 0 ? "say.cli.compare.only.more" : "say.cli.compare.only",
-              {{"session", number(session)}, {"names", names_in(all[key], kNamed)}, {"n", more}}});
-  }
-  const json not_compared = all.value("not_compared", json::array());
-  if (!not_compared.empty())
-    words +=
-        said({"say.cli.compare.frame", {{"names", names_in(not_compared, not_compared.size())}}});
-  if (all["moved"].empty())
-    return words +
-           said(not_compared.empty() ? "say.cli.compare.none" : "say.cli.compare.none.other");
-  words += "\n" + said("say.cli.compare.head");
-  for (const json& one : all["moved"])
-    words += said({"say.cli.compare.row",
-                   {{"name", fmt::format("{:<16}", printable(one["name"].get<std::string>()))},
-                    {"before", one["before"].get<double>()},
-                    {"after", one["after"].get<double>()},
-                    {"difference", one["difference"].get<double>()},
-                    {"u", one["expanded"].get<double>()},
-                    {"unit", printable(one["unit"].get<std::string>())}}});
-  return words;
-}
-
-namespace {
-
 /// For the cell of that session; without one, of the calibration in use.
 int list_versions(const Connection& daemon, std::optional<std::int64_t> of_cell) {
   const json list = parse(ask(daemon, "GET",
@@ -175,46 +125,6 @@ bool is_open(NotVerified::Why why) {
 }
 
 std::string or_not_stated(const std::string& text) { return text.empty() ? "not stated" : text; }
-
-}  // namespace
-
-int verify(const VerifyCommand& command) try {
-  signing::refuse_unsigned(command.file);  // needs no key
-  const signing::PublicKey key(command.key.empty() ? signing::public_part(default_key())
-                                                   : command.key);
-  const signing::Verified verified = signing::verify_files(command.file, key);
-  const signing::Statement& is = verified.statement;
-  const bool emulated = is.certificate.starts_with(certificate::kEmulatedNumber);
-  return print_result(
-      command.json,
-      {{"verified", true},
-       {"failure", nullptr},
-       {"certificate", is.certificate},
-       {"emulated", emulated},
-       {"signed_by", is.by},
-       {"signed_at", is.utc},
-       {"key", is.key},
-       {"files", verified.files}},
-      fmt::format("verified: {}{}\n{}signed by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
-                  verified.kind == signing::Kind::kExport ? "" : "certificate ", is.certificate,
-                  emulated
-                      ? "emulated cell: a simulation, no real robot was touched. It certifies no "
-                        "robot\n"
-                      : "",
-                  or_not_stated(is.by), is.utc, is.key, fmt::join(verified.files, ", ")));
-} catch (const NotVerified& error) {
-  if (command.json)
-    put(json{{"verified", false},
-             {"failure", signing::to_string(error.why)},
-             {"words", error.what()}}
-                .dump() +
-            "\n",
-        {});
-  std::fprintf(stderr, "cellcal verify: %s\n", error.what());
-  return is_open(error.why) ? kJobFailed : kNotPublishable;
-}
-
-namespace {
 
 void add_export(CLI::App& app, int& status) {
   auto given = std::make_shared<ExportCommand>();
@@ -299,18 +209,6 @@ void add_retain(CLI::App& app, int& status) {
       ->check(between(1.0, 1e9));
 }
 
-}  // namespace
-
-void add_archive_commands(CLI::App& app, int& status) {
-  add_export(app, status);
-  add_import(app, status);
-  add_replay(app, status);
-  add_backup(app, status);
-  add_retain(app, status);
-}
-
-namespace {
-
 void add_certificate(CLI::App& app, int& status) {
   auto given = std::make_shared<CertificateCommand>();
   struct Flags {
@@ -370,15 +268,6 @@ void add_verify(CLI::App& app, int& status) {
   command->add_flag("--json", given->json, "Print JSON");
 }
 
-}  // namespace
-
-void add_certificate_commands(CLI::App& app, int& status) {
-  add_certificate(app, status);
-  add_verify(app, status);
-}
-
-namespace {
-
 void add_versions(CLI::App& app, int& status) {
   const auto [command, given, connection] = add_request<std::optional<std::int64_t>>(
       app, status, "versions", "List the published calibrations of a cell, and which is in use",
@@ -426,6 +315,101 @@ void add_compare(CLI::App& app, int& status) {
 }
 
 }  // namespace
+
+std::string versions_text(const json& list) {
+  if (list.empty()) return said("say.cli.versions.none");
+  std::string words = said("say.cli.versions.head");
+  for (const json& one : list) words += version_line(one);
+  return list.size() < kMostVersions ? words : words + said("say.cli.versions.older");
+}
+
+std::string comparison_text(const json& all) {
+  const auto number = [&](const char* key) { return all[key].get<std::int64_t>(); };
+  if (!all["comparable"])
+    return said(
+        {"say.cli.compare.not", {{"before", number("before")}, {"after", number("after")}}});
+  std::string words = said({"say.cli.compare.apart",
+                            {{"mean", all["mean_mm"].get<double>()},
+                             {"max", all["max_mm"].get<double>()},
+                             {"poses", number("poses")},
+                             {"scope", scope(all["scope"])}}});
+  if (all["expected_mm"].is_number())
+    words += said({"say.cli.compare.expected", {{"mm", all["expected_mm"].get<double>()}}});
+  for (const auto& [key, session] :
+       {std::pair{"only_before", "before"}, std::pair{"only_after", "after"}}) {
+    if (all[key].empty()) continue;
+    const std::size_t more = all[key].size() - std::min(all[key].size(), kNamed);
+    words +=
+        said({more > 0 ? "say.cli.compare.only.more" : "say.cli.compare.only",
+              {{"session", number(session)}, {"names", names_in(all[key], kNamed)}, {"n", more}}});
+  }
+  const json not_compared = all.value("not_compared", json::array());
+  if (!not_compared.empty())
+    words +=
+        said({"say.cli.compare.frame", {{"names", names_in(not_compared, not_compared.size())}}});
+  if (all["moved"].empty())
+    return words +
+           said(not_compared.empty() ? "say.cli.compare.none" : "say.cli.compare.none.other");
+  words += "\n" + said("say.cli.compare.head");
+  for (const json& one : all["moved"])
+    words += said({"say.cli.compare.row",
+                   {{"name", fmt::format("{:<16}", printable(one["name"].get<std::string>()))},
+                    {"before", one["before"].get<double>()},
+                    {"after", one["after"].get<double>()},
+                    {"difference", one["difference"].get<double>()},
+                    {"u", one["expanded"].get<double>()},
+                    {"unit", printable(one["unit"].get<std::string>())}}});
+  return words;
+}
+
+int verify(const VerifyCommand& command) try {
+  signing::refuse_unsigned(command.file);  // needs no key
+  const signing::PublicKey key(command.key.empty() ? signing::public_part(default_key())
+                                                   : command.key);
+  const signing::Verified verified = signing::verify_files(command.file, key);
+  const signing::Statement& is = verified.statement;
+  const bool emulated = is.certificate.starts_with(certificate::kEmulatedNumber);
+  return print_result(
+      command.json,
+      {{"verified", true},
+       {"failure", nullptr},
+       {"certificate", is.certificate},
+       {"emulated", emulated},
+       {"signed_by", is.by},
+       {"signed_at", is.utc},
+       {"key", is.key},
+       {"files", verified.files}},
+      fmt::format("verified: {}{}\n{}signed by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
+                  verified.kind == signing::Kind::kExport ? "" : "certificate ", is.certificate,
+                  emulated
+                      ? "emulated cell: a simulation, no real robot was touched. It certifies no "
+                        "robot\n"
+                      : "",
+                  or_not_stated(is.by), is.utc, is.key, fmt::join(verified.files, ", ")));
+} catch (const NotVerified& error) {
+  if (command.json)
+    put(json{{"verified", false},
+             {"failure", signing::to_string(error.why)},
+             {"words", error.what()}}
+                .dump() +
+            "\n",
+        {});
+  std::fprintf(stderr, "cellcal verify: %s\n", error.what());
+  return is_open(error.why) ? kJobFailed : kNotPublishable;
+}
+
+void add_archive_commands(CLI::App& app, int& status) {
+  add_export(app, status);
+  add_import(app, status);
+  add_replay(app, status);
+  add_backup(app, status);
+  add_retain(app, status);
+}
+
+void add_certificate_commands(CLI::App& app, int& status) {
+  add_certificate(app, status);
+  add_verify(app, status);
+}
 
 void add_versions_commands(CLI::App& app, int& status) {
   add_versions(app, status);

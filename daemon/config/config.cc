@@ -400,6 +400,19 @@ DaemonConfig read(const TomlTable& table) {
   return config;
 }
 
+using drivers::CorrectionFrame;
+
+class NominalGeometry final : public drivers::ArmGeometry {
+ public:
+  NominalGeometry(const calib::Robot& robot, const Eigen::Isometry3d& tcp) : arm_(robot, tcp) {}
+  Eigen::Isometry3d tcp(std::span<const double> axis_rad) const noexcept override {
+    return arm_.tcp(axis_rad);
+  }
+
+ private:
+  calib::NominalArm arm_;
+};
+
 }  // namespace
 
 DaemonConfig parse_config(std::string_view text, const std::string& name) {
@@ -432,23 +445,6 @@ WireKind wire_of(const DaemonConfig& config) {
 const char* start_instruction(WireKind wire) {
   return wire == WireKind::kRsi ? "say.start.rsi" : "say.start.eki";
 }
-
-namespace {
-
-using drivers::CorrectionFrame;
-
-class NominalGeometry final : public drivers::ArmGeometry {
- public:
-  NominalGeometry(const calib::Robot& robot, const Eigen::Isometry3d& tcp) : arm_(robot, tcp) {}
-  Eigen::Isometry3d tcp(std::span<const double> axis_rad) const noexcept override {
-    return arm_.tcp(axis_rad);
-  }
-
- private:
-  calib::NominalArm arm_;
-};
-
-}  // namespace
 
 void read_space(const calib::TomlTable& rsi, DaemonConfig& config) {
   drivers::SpaceCorrection& space = config.rsi.space;

@@ -68,8 +68,8 @@ struct MockConfig {
   bool absolute_accuracy = false;     ///< that of the true arm
   std::string stated_robot;           ///< another robot file; empty: the cell's
   std::vector<double> stated_tool_m;  ///< x, y, z of another tool; empty: as configured
-  double busy_every_s = 0.0;  ///< busy computer: period of delayed sensor bytes; 0: never
-  bool wall_clock = false;    ///< records carry the real date instead of a fixed day in 2000
+  double busy_every_s = 0.0;          ///< busy computer: period of delayed sensor bytes; 0: never
+  bool wall_clock = false;        ///< records carry the real date instead of a fixed day in 2000
   std::vector<double> start_rad;  ///< of the arm
   std::optional<double> start_m;  ///< of its linear unit; none: the middle of the range
 };

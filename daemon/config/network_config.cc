@@ -59,41 +59,6 @@ std::vector<std::filesystem::path> read_folders(const TomlTable& table, const ch
   return folders;
 }
 
-}  // namespace
-
-std::vector<std::string> read_host_names(const TomlTable& table) {
-  std::vector<std::string> names;
-  if (!table.has("host_names")) return names;
-  for (const std::string& name : table.strings("host_names"))
-    names.push_back(read_host_name(table, name));
-  return names;
-}
-
-std::optional<HttpConfig> read_http(const TomlTable& table) {
-  if (!table.has("listen")) {
-    refuse_without(table, "listen. Set listen, such as \"127.0.0.1:8080\"",
-                   {"tls_certificate", "tls_key", "allow_plain", "host_names", "cell_folders"});
-    table.refuse_unknown();
-    return std::nullopt;
-  }
-  HttpConfig http;
-  const address at = read_listen(table, http);
-  read_pair(table, "tls_certificate", http.tls_certificate, "tls_key", http.tls_key);
-  const bool plain = table.boolean_or("allow_plain", false);
-  if (!at.is_loopback() && !http.tls() && !plain) {
-    table.fail("listen",
-               in_quotes(http.address) +
-                   " is reachable from the network, and tokens would be sent in clear text. "
-                   "Give tls_certificate and tls_key, or set allow_plain = true");
-  }
-  http.host_names = read_host_names(table);
-  if (table.has("cell_folders")) http.cell_folders = read_folders(table, "cell_folders");
-  table.refuse_unknown();
-  return http;
-}
-
-namespace {
-
 constexpr std::size_t kLongestUser = 64;
 constexpr std::uint16_t kTlsPort = 8883, kPlainPort = 1883;
 
@@ -140,6 +105,37 @@ void read_login(const TomlTable& table, PlantConfig& plant) {
 }
 
 }  // namespace
+
+std::vector<std::string> read_host_names(const TomlTable& table) {
+  std::vector<std::string> names;
+  if (!table.has("host_names")) return names;
+  for (const std::string& name : table.strings("host_names"))
+    names.push_back(read_host_name(table, name));
+  return names;
+}
+
+std::optional<HttpConfig> read_http(const TomlTable& table) {
+  if (!table.has("listen")) {
+    refuse_without(table, "listen. Set listen, such as \"127.0.0.1:8080\"",
+                   {"tls_certificate", "tls_key", "allow_plain", "host_names", "cell_folders"});
+    table.refuse_unknown();
+    return std::nullopt;
+  }
+  HttpConfig http;
+  const address at = read_listen(table, http);
+  read_pair(table, "tls_certificate", http.tls_certificate, "tls_key", http.tls_key);
+  const bool plain = table.boolean_or("allow_plain", false);
+  if (!at.is_loopback() && !http.tls() && !plain) {
+    table.fail("listen",
+               in_quotes(http.address) +
+                   " is reachable from the network, and tokens would be sent in clear text. "
+                   "Give tls_certificate and tls_key, or set allow_plain = true");
+  }
+  http.host_names = read_host_names(table);
+  if (table.has("cell_folders")) http.cell_folders = read_folders(table, "cell_folders");
+  table.refuse_unknown();
+  return http;
+}
 
 std::optional<PlantConfig> read_plant(const TomlTable& table) {
   if (!table.has("plant")) {

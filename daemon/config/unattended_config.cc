@@ -149,41 +149,6 @@ MailConfig read_mail(const TomlTable& table) {
   return mail;
 }
 
-}  // namespace
-
-calib::Language read_language(const TomlTable& table, const calib::Language& usual) {
-  if (!table.has("language")) return usual;
-  const std::string code = table.string("language");
-  const auto language = calib::Language::of(code);
-  if (language && language->code() == code) return *language;
-  std::string known;
-  for (const std::string& one : calib::Language::codes())
-    known += (known.empty() ? "\"" : ", \"") + one + "\"";
-  table.fail("language", "\"" + code + "\" is not known here; use one of " + known);
-}
-
-NotifyConfig read_notify(const TomlTable& table, const calib::Language& usual) {
-  NotifyConfig notify;
-  notify.language = read_language(table, usual);
-  if (table.has("webhook")) {
-    notify.webhook = read_webhook(table);
-  } else {
-    refuse_without(table, "webhook",
-                   {"webhook_secret_file", "webhook_ca", "webhook_timeout_s", "webhook_retries"});
-  }
-  if (table.has("mail_to")) {
-    notify.mail = read_mail(table);
-  } else {
-    refuse_without(table, "mail_to",
-                   {"mail_from", "sendmail", "mail_server", "mail_user", "mail_password_file",
-                    "mail_ca", "mail_starttls"});
-  }
-  table.refuse_unknown();
-  return notify;
-}
-
-namespace {
-
 constexpr std::size_t kMostSessions = 32, kLongestScheduleName = 40;
 constexpr std::array<std::string_view, 7> kDays{"sun", "mon", "tue", "wed", "thu", "fri", "sat"};
 constexpr const char* kKeys[] = {"name",  "kind",    "cell",  "days",    "from", "to",
@@ -294,6 +259,37 @@ ProgramStart read_program_start(const TomlTable& table) {
 }
 
 }  // namespace
+
+calib::Language read_language(const TomlTable& table, const calib::Language& usual) {
+  if (!table.has("language")) return usual;
+  const std::string code = table.string("language");
+  const auto language = calib::Language::of(code);
+  if (language && language->code() == code) return *language;
+  std::string known;
+  for (const std::string& one : calib::Language::codes())
+    known += (known.empty() ? "\"" : ", \"") + one + "\"";
+  table.fail("language", "\"" + code + "\" is not known here; use one of " + known);
+}
+
+NotifyConfig read_notify(const TomlTable& table, const calib::Language& usual) {
+  NotifyConfig notify;
+  notify.language = read_language(table, usual);
+  if (table.has("webhook")) {
+    notify.webhook = read_webhook(table);
+  } else {
+    refuse_without(table, "webhook",
+                   {"webhook_secret_file", "webhook_ca", "webhook_timeout_s", "webhook_retries"});
+  }
+  if (table.has("mail_to")) {
+    notify.mail = read_mail(table);
+  } else {
+    refuse_without(table, "mail_to",
+                   {"mail_from", "sendmail", "mail_server", "mail_user", "mail_password_file",
+                    "mail_ca", "mail_starttls"});
+  }
+  table.refuse_unknown();
+  return notify;
+}
 
 ScheduleConfig read_schedule(const TomlTable& table) {
   ScheduleConfig schedule;

@@ -44,15 +44,13 @@ std::string differs_words(const PublishedAdvice& sent, const drivers::EkiFrameVa
 std::string AdvicePublisher::publish(const PublishedAdvice& advice, const Send& send) {
   const drivers::EkiFrameResult result = send(request_of(advice), stop_.get_token());
   switch (result.end) {
-    case drivers::EkiFrameEnd::kSet:
-      return {};
+    case drivers::EkiFrameEnd::kSet: return {};
     case drivers::EkiFrameEnd::kDiffers:
       return differs_words(advice, result.new_values.value_or(drivers::EkiFrameValues{}));
     case drivers::EkiFrameEnd::kRead:
     case drivers::EkiFrameEnd::kRefused:
     case drivers::EkiFrameEnd::kNotSent:
-    case drivers::EkiFrameEnd::kUnknown:
-      break;
+    case drivers::EkiFrameEnd::kUnknown: break;
   }
   if (result.refusal == drivers::EkiFrameDone::kNoSuchNumber ||
       result.trouble == drivers::EkiFrameTrouble::kTooOld)

@@ -81,6 +81,102 @@ FrameOutcome outcome_of(EkiFrameEnd end) {
   return kTable[end];
 }
 
+using nlohmann::json;
+
+constexpr const char* kFormat = "cellcal.frames/1";
+constexpr int kMostNumber = 128;  // of TOOL_DATA and BASE_DATA on any controller
+
+FrameRecord record_from(const json& one) {
+  FrameRecord record;
+  const auto values = [](const json& list) {
+    const auto all = list.get<std::vector<double>>();
+    EkiFrameValues frame{};
+    if (all.size() != frame.size()) throw std::runtime_error("a frame must have six values");
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      if (!std::isfinite(all[i])) throw std::runtime_error("a frame's value is not finite");
+      frame[i] = all[i];
+    }
+    return frame;
+  };
+  record.id = one.at("id").get<int>();
+  if (record.id < 1) throw std::runtime_error("id must be at least 1");
+  record.time = one.at("time").get<std::string>();
+  record.by = one.at("by").get<std::string>();
+  record.reason = one.at("reason").get<std::string>();
+  record.words = one.at("words").get<std::string>();
+  const auto name = frame_name(one.at("frame").get<std::string>());
+  if (!name) throw std::runtime_error("frame is none");
+  record.name = *name;
+  record.before = values(one.at("before"));
+  record.sent = values(one.at("sent"));
+  if (!one.at("read_back").is_null()) record.read_back = values(one.at("read_back"));
+  if (!one.at("restores").is_null()) record.restores = one.at("restores").get<int>();
+  const auto outcome = by_own_name<FrameOutcome, ' '>(one.at("outcome").get<std::string>());
+  if (!outcome) throw std::runtime_error("unknown outcome");
+  record.outcome = *outcome;
+  return record;
+}
+
+using drivers::EkiFrameDone;
+using drivers::EkiFrameTrouble;
+
+constexpr const char* kInSessionWords = "a session is running on the controller. Wait for its end";
+constexpr const char* kMovesWords = "the arm is moving. Release the jog keys, and try again";
+constexpr const char* kClosedWords =
+    "the controller closed the connection; or another client still has it: try again in 15 s";
+constexpr const char* kNotAStreamWords =
+    "the answer is longer than 8192 bytes: this is not cellcal's program";
+
+std::string no_connection_words(const std::string& peer, const std::string& detail) {
+  return fmt::format(
+      "no connection to {} ({}). Check the network, and that the controller's submit "
+      "interpreter runs CELLCAL_SUB; or another client still has it: try again in 15 s",
+      peer, detail);
+}
+
+std::string no_state_words(const std::string& peer) {
+  return fmt::format(
+      "no state from {}. Check that the submit interpreter runs CELLCAL_SUB; or another client still "
+      "has it: try again in 15 s",
+      peer);
+}
+
+std::string refusal_words(EkiFrameDone refusal) {
+  switch (refusal) {
+    case EkiFrameDone::kInSession: return kInSessionWords;
+    case EkiFrameDone::kMoves: return kMovesWords;
+    case EkiFrameDone::kNoSuchNumber:
+      return "number not in the controller's program (TOOL_DATA 1 to 16, BASE_DATA 1 to 32)";
+    case EkiFrameDone::kOtherProgram:
+      return "another program runs on the controller. Stop it, and try again";
+    case EkiFrameDone::kIncomplete:
+      return "incomplete telegram at the controller. Try again; if it repeats, reinstall the files "
+             "of 'cellcal kuka-files', the channel file too, then cold start";
+    case EkiFrameDone::kNotYet:
+    case EkiFrameDone::kDone: break;
+  }
+  return "refused by the controller, no reason given. See the message on the pendant";
+}
+
+std::string trouble_words(const EkiFrameResult& result) {
+  switch (result.trouble) {
+    case EkiFrameTrouble::kNoConnection: return no_connection_words(result.peer, result.detail);
+    case EkiFrameTrouble::kNoState: return no_state_words(result.peer);
+    case EkiFrameTrouble::kTooOld:
+      return "controller files without frame support. Install those that 'cellcal kuka-files' "
+             "writes with [eki] write_frames = true, then cold start";
+    case EkiFrameTrouble::kInSession: return kInSessionWords;
+    case EkiFrameTrouble::kMoves: return kMovesWords;
+    case EkiFrameTrouble::kClosed: return kClosedWords;
+    case EkiFrameTrouble::kNoAnswer: return "no answer in time";
+    case EkiFrameTrouble::kOtherFrame: return "the answer is for another frame";
+    case EkiFrameTrouble::kNotAStream: return kNotAStreamWords;
+    case EkiFrameTrouble::kNoTelegram: return "the values do not fit into a telegram";
+    case EkiFrameTrouble::kNone: break;
+  }
+  return result.detail;
+}
+
 }  // namespace
 
 FrameStation::FrameStation(Parts parts) : parts_(std::move(parts)) {
@@ -250,46 +346,6 @@ void FrameStation::note_after(FrameRecord& record) {
   }
 }
 
-namespace {
-
-using nlohmann::json;
-
-constexpr const char* kFormat = "cellcal.frames/1";
-constexpr int kMostNumber = 128;  // of TOOL_DATA and BASE_DATA on any controller
-
-FrameRecord record_from(const json& one) {
-  FrameRecord record;
-  const auto values = [](const json& list) {
-    const auto all = list.get<std::vector<double>>();
-    EkiFrameValues frame{};
-    if (all.size() != frame.size()) throw std::runtime_error("a frame must have six values");
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      if (!std::isfinite(all[i])) throw std::runtime_error("a frame's value is not finite");
-      frame[i] = all[i];
-    }
-    return frame;
-  };
-  record.id = one.at("id").get<int>();
-  if (record.id < 1) throw std::runtime_error("id must be at least 1");
-  record.time = one.at("time").get<std::string>();
-  record.by = one.at("by").get<std::string>();
-  record.reason = one.at("reason").get<std::string>();
-  record.words = one.at("words").get<std::string>();
-  const auto name = frame_name(one.at("frame").get<std::string>());
-  if (!name) throw std::runtime_error("frame is none");
-  record.name = *name;
-  record.before = values(one.at("before"));
-  record.sent = values(one.at("sent"));
-  if (!one.at("read_back").is_null()) record.read_back = values(one.at("read_back"));
-  if (!one.at("restores").is_null()) record.restores = one.at("restores").get<int>();
-  const auto outcome = by_own_name<FrameOutcome, ' '>(one.at("outcome").get<std::string>());
-  if (!outcome) throw std::runtime_error("unknown outcome");
-  record.outcome = *outcome;
-  return record;
-}
-
-}  // namespace
-
 std::string to_string(const FrameName& name) {
   return fmt::format("{}[{}]", name.kind == EkiFrameKind::kTool ? "TOOL_DATA" : "BASE_DATA",
                      name.number);
@@ -356,83 +412,6 @@ std::vector<FrameRecord> frames_from_json(const std::string& text, const std::st
   return records;
 }
 
-namespace {
-
-using drivers::EkiFrameDone;
-using drivers::EkiFrameTrouble;
-
-constexpr const char* kInSessionWords = "a session is running on the controller. Wait for its end";
-constexpr const char* kMovesWords = "the arm is moving. Release the jog keys, and try again";
-constexpr const char* kClosedWords =
-    "the controller closed the connection; or another client still has it: try again in 15 s";
-constexpr const char* kNotAStreamWords =
-    "the answer is longer than 8192 bytes: this is not cellcal's program";
-
-std::string no_connection_words(const std::string& peer, const std::string& detail) {
-  return fmt::format(
-      "no connection to {} ({}). Check the network, and that the controller's submit "
-      "interpreter runs CELLCAL_SUB; or another client still has it: try again in 15 s",
-      peer, detail);
-}
-
-std::string no_state_words(const std::string& peer) {
-  return fmt::format(
-      "no state from {}. Check that the submit interpreter runs CELLCAL_SUB; or another client still "
-      "has it: try again in 15 s",
-      peer);
-}
-
-std::string refusal_words(EkiFrameDone refusal) {
-  switch (refusal) {
-    case EkiFrameDone::kInSession:
-      return kInSessionWords;
-    case EkiFrameDone::kMoves:
-      return kMovesWords;
-    case EkiFrameDone::kNoSuchNumber:
-      return "number not in the controller's program (TOOL_DATA 1 to 16, BASE_DATA 1 to 32)";
-    case EkiFrameDone::kOtherProgram:
-      return "another program runs on the controller. Stop it, and try again";
-    case EkiFrameDone::kIncomplete:
-      return "incomplete telegram at the controller. Try again; if it repeats, reinstall the files "
-             "of 'cellcal kuka-files', the channel file too, then cold start";
-    case EkiFrameDone::kNotYet:
-    case EkiFrameDone::kDone:
-      break;
-  }
-  return "refused by the controller, no reason given. See the message on the pendant";
-}
-
-std::string trouble_words(const EkiFrameResult& result) {
-  switch (result.trouble) {
-    case EkiFrameTrouble::kNoConnection:
-      return no_connection_words(result.peer, result.detail);
-    case EkiFrameTrouble::kNoState:
-      return no_state_words(result.peer);
-    case EkiFrameTrouble::kTooOld:
-      return "controller files without frame support. Install those that 'cellcal kuka-files' "
-             "writes with [eki] write_frames = true, then cold start";
-    case EkiFrameTrouble::kInSession:
-      return kInSessionWords;
-    case EkiFrameTrouble::kMoves:
-      return kMovesWords;
-    case EkiFrameTrouble::kClosed:
-      return kClosedWords;
-    case EkiFrameTrouble::kNoAnswer:
-      return "no answer in time";
-    case EkiFrameTrouble::kOtherFrame:
-      return "the answer is for another frame";
-    case EkiFrameTrouble::kNotAStream:
-      return kNotAStreamWords;
-    case EkiFrameTrouble::kNoTelegram:
-      return "the values do not fit into a telegram";
-    case EkiFrameTrouble::kNone:
-      break;
-  }
-  return result.detail;
-}
-
-}  // namespace
-
 std::string not_configured_words() {
   return "setting frames is off. Set backend = \"eki\" and [eki] write_frames = true in "
          "cellcald.toml, install the files that 'cellcal kuka-files' then writes, and cold start "
@@ -449,18 +428,12 @@ std::string position_words(const drivers::EkiPosition& position) {
   switch (position.trouble) {
     case EkiPositionTrouble::kNoConnection:
       return no_connection_words(position.peer, position.detail);
-    case EkiPositionTrouble::kNoState:
-      return no_state_words(position.peer);
-    case EkiPositionTrouble::kInSession:
-      return kInSessionWords;
-    case EkiPositionTrouble::kMoves:
-      return kMovesWords;
-    case EkiPositionTrouble::kClosed:
-      return kClosedWords;
-    case EkiPositionTrouble::kNotAStream:
-      return kNotAStreamWords;
-    case EkiPositionTrouble::kNone:
-      break;
+    case EkiPositionTrouble::kNoState: return no_state_words(position.peer);
+    case EkiPositionTrouble::kInSession: return kInSessionWords;
+    case EkiPositionTrouble::kMoves: return kMovesWords;
+    case EkiPositionTrouble::kClosed: return kClosedWords;
+    case EkiPositionTrouble::kNotAStream: return kNotAStreamWords;
+    case EkiPositionTrouble::kNone: break;
   }
   return {};
 }
@@ -494,10 +467,8 @@ std::string outcome_words(const FrameRecord& record, const EkiFrameResult& resul
           to_string(record.name), krl_text(record.sent),
           krl_text(record.read_back.value_or(drivers::EkiFrameValues{})), krl_text(record.before));
     case FrameOutcome::kRefused:
-    case FrameOutcome::kNotSent:
-      return not_sent_words(record.name, result);
-    case FrameOutcome::kUnknown:
-      break;
+    case FrameOutcome::kNotSent: return not_sent_words(record.name, result);
+    case FrameOutcome::kUnknown: break;
   }
   return unknown_words(record, trouble_words(result));
 }

@@ -39,6 +39,22 @@ void examine_links(const DoctorRequest& request, const DaemonConfig& config,
   findings.warn("wires", "say.doctor.wires.mock", "say.doctor.wires.mock.do");
 }
 
+using nlohmann::json;
+
+/// `words`: complaint of the device itself. `losses`: share of faulty messages.
+/// `up`: it delivers, so that `words` speak of its losses.
+void judge_link(const std::string& check, const std::string& words, bool up, const Phrase& figures,
+                double losses, Findings& findings) {
+  if (!words.empty()) {
+    up ? findings.warn(check, words, "say.doctor.link.losses.do")
+       : findings.fail(check, words, "say.doctor.link.do");
+  } else if (losses > 0.0) {
+    findings.warn(check, figures, "say.doctor.link.losses.do");
+  } else {
+    findings.ok(check, figures);
+  }
+}
+
 }  // namespace
 
 void examine(const DoctorRequest& request, Findings& findings) {
@@ -70,26 +86,6 @@ void examine_from_within(const DoctorRequest& request, const DaemonConfig& confi
   if (rights) rights->uid.reset();
   examine_links(request, config, cell, rights, findings);
 }
-
-namespace {
-
-using nlohmann::json;
-
-/// `words`: complaint of the device itself. `losses`: share of faulty messages.
-/// `up`: it delivers, so that `words` speak of its losses.
-void judge_link(const std::string& check, const std::string& words, bool up, const Phrase& figures,
-                double losses, Findings& findings) {
-  if (!words.empty()) {
-    up ? findings.warn(check, words, "say.doctor.link.losses.do")
-       : findings.fail(check, words, "say.doctor.link.do");
-  } else if (losses > 0.0) {
-    findings.warn(check, figures, "say.doctor.link.losses.do");
-  } else {
-    findings.ok(check, figures);
-  }
-}
-
-}  // namespace
 
 std::optional<DaemonSeen> examine_daemon(const DaemonConfig& config, Findings& findings) {
   const std::string check = "daemon";

@@ -19,6 +19,11 @@ namespace {
 
 constexpr const char* kExaminationFormat = "cellcal.examination/1";
 
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
 }  // namespace
 
 std::size_t Examination::count(Outcome outcome) const {
@@ -135,15 +140,6 @@ Examination Examiner::newest() const {
   const std::lock_guard lock(mutex_);
   return newest_;
 }
-
-namespace {
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
-}  // namespace
 
 const char* to_string(Outcome outcome) {
   using enum Outcome;

@@ -110,6 +110,18 @@ std::string value_of(const std::string& text, const std::string& key) {
   return {};
 }
 
+/// Groups of a user by the group database, including `first`.
+std::vector<gid_t> groups_of(const std::string& user, gid_t first) {
+  std::vector<gid_t> groups(16);
+  int count = static_cast<int>(groups.size());
+  if (::getgrouplist(user.c_str(), first, groups.data(), &count) < 0) {
+    groups.resize(static_cast<std::size_t>(count));
+    ::getgrouplist(user.c_str(), first, groups.data(), &count);
+  }
+  groups.resize(static_cast<std::size_t>(std::max(0, count)));
+  return groups;
+}
+
 }  // namespace
 
 std::vector<std::string> own_addresses() {
@@ -194,22 +206,6 @@ std::optional<pid_t> process_behind(const std::filesystem::path& socket) {
   ::close(fd);
   return process;
 }
-
-namespace {
-
-/// Groups of a user by the group database, including `first`.
-std::vector<gid_t> groups_of(const std::string& user, gid_t first) {
-  std::vector<gid_t> groups(16);
-  int count = static_cast<int>(groups.size());
-  if (::getgrouplist(user.c_str(), first, groups.data(), &count) < 0) {
-    groups.resize(static_cast<std::size_t>(count));
-    ::getgrouplist(user.c_str(), first, groups.data(), &count);
-  }
-  groups.resize(static_cast<std::size_t>(std::max(0, count)));
-  return groups;
-}
-
-}  // namespace
 
 ProcessRights rights_in_unit(const std::string& text) {
   ProcessRights rights;

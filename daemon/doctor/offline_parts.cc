@@ -169,7 +169,8 @@ void examine_files(const DoctorRequest& request, const DaemonConfig& config,
     return;
   }
   try {
-    const auto objections = verify_files(config, wire_of(config), request.read_files(request.files), cell);
+    const auto objections =
+        verify_files(config, wire_of(config), request.read_files(request.files), cell);
     for (const drivers::FileFinding& one : objections) {
       if (one.refused) {
         findings.fail(check, to_string(one), "say.doctor.files.refused.do");

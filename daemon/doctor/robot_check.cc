@@ -115,8 +115,7 @@ void judge_decimals(const RsiSeen& seen, Findings& findings) {
                            "say.doctor.decimals.unproven.do");
     case drivers::Fitness::kUsable:
       return findings.warn(check, found("say.doctor.decimals"), advice);
-    case drivers::Fitness::kGood:
-      return findings.ok(check, found("say.doctor.decimals"));
+    case drivers::Fitness::kGood: return findings.ok(check, found("say.doctor.decimals"));
   }
 }
 
@@ -130,10 +129,8 @@ void judge_elements(const RsiSeen& seen, Findings& findings) {
     case drivers::Fitness::kUnfit:
       return findings.fail(check, found, "say.doctor.elements.relative.do");
     case drivers::Fitness::kUnproven:
-    case drivers::Fitness::kUsable:
-      return findings.warn(check, found, "say.doctor.elements.do");
-    case drivers::Fitness::kGood:
-      return findings.ok(check, "say.doctor.elements");
+    case drivers::Fitness::kUsable: return findings.warn(check, found, "say.doctor.elements.do");
+    case drivers::Fitness::kGood: return findings.ok(check, "say.doctor.elements");
   }
 }
 
@@ -221,65 +218,6 @@ void judge_times(const RsiSeen& seen, Findings& findings) {
   }
 }
 
-}  // namespace
-
-void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findings) {
-  judge_packets(seen, findings);
-  if (!seen.up) {
-    for (const char* check : {"rsi sender", "rsi cycle", "rsi decimals", "rsi elements",
-                              "rsi state", "rsi replies", "rsi reply times"}) {
-      findings.skip(check, "say.doctor.no_packets");
-    }
-    if (expected.in_space) findings.skip("rsi tool", "say.doctor.no_packets");
-    if (expected.input > 0) findings.skip("rsi contact input", "say.doctor.no_packets");
-    return;
-  }
-  judge_sender(seen, findings);
-  judge_cycle(seen, findings);
-  judge_decimals(seen, findings);
-  judge_elements(seen, findings);
-  judge_state(seen, expected, findings);
-  if (expected.input > 0) judge_second_path(seen, expected, findings);
-  if (expected.in_space) judge_tcp(seen, findings);
-  judge_replies(seen, expected, findings);
-  judge_times(seen, findings);
-}
-
-void judge_rsi_end(std::optional<double> ended_after_s, Findings& findings) {
-  const std::string check = "rsi stop";
-  if (!ended_after_s) {
-    findings.warn(check, "say.doctor.stop.none", "say.doctor.stop.none.do");
-  } else {
-    findings.ok(check, {"say.doctor.stop", {{"s", *ended_after_s}}});
-  }
-}
-
-void judge_model(const calib::ControllerModel& model, const calib::Robot& robot, bool sends,
-                 WireKind wire, Findings& findings) {
-  using enum calib::ControllerModel::Outcome;
-  const std::string check = "controller's model";
-  const Phrase found = phrase(model, robot);
-  switch (model.outcome) {
-    case kAgrees:
-      return findings.ok(check, found);
-    case kNotStated:
-      if (sends)
-        return findings.skip(check, wire == WireKind::kRsi ? "say.doctor.model.moving.rsi"
-                                                           : "say.doctor.model.moving.eki");
-      return findings.warn(check, found,
-                           wire == WireKind::kRsi ? "say.doctor.model.unsent.do.rsi"
-                                                  : "say.doctor.model.unsent.do.eki");
-    case kOtherFrames:
-      return findings.warn(check, found, "say.doctor.model.frames.do");
-    case kUndecided:
-      return findings.warn(check, found, "say.doctor.model.undecided.do");
-    case kDiffers:
-      return findings.fail(check, found, "say.doctor.model.differs.do");
-  }
-}
-
-namespace {
-
 calib::Joint joint_like(const calib::PositionerAxis& axis) {
   calib::Joint joint;
   joint.name = axis.name;
@@ -287,53 +225,6 @@ calib::Joint joint_like(const calib::PositionerAxis& axis) {
   joint.max_rad = axis.max_rad;
   return joint;
 }
-
-}  // namespace
-
-void judge_angles(const std::string& check, const drivers::AxisAngles& actual_rad,
-                  const calib::Robot* robot, Findings& findings) {
-  constexpr double kNearDeg = 1.0, kNearMm = 10.0;
-  const bool track = robot != nullptr && robot->first_turning() > 0;
-  std::string shown;
-  for (std::size_t i = 0; i < actual_rad.size(); ++i) {
-    const bool in_mm = track && i == 0;
-    shown += fmt::format("{}{:.3f}{}", shown.empty() ? "" : ", ",
-                         actual_rad[i] * (in_mm ? calib::kMmPerM : calib::kDegPerRad),
-                         in_mm ? " mm" : "");
-  }
-  if (robot == nullptr)
-    return findings.skip(check, {"say.doctor.angles.unchecked", {{"deg", shown}}});
-  const std::size_t joints = robot->joints.size(), axes = joints + robot->positioner.size();
-  if (axes != actual_rad.size()) {
-    return findings.fail(
-        check, {"say.doctor.angles.count", {{"angles", actual_rad.size()}, {"joints", axes}}},
-        "say.doctor.angles.count.do");
-  }
-  std::string outside, near;
-  for (std::size_t i = 0; i < actual_rad.size(); ++i) {
-    const bool turns = i >= joints;  // an axis of the positioner
-    const calib::Joint joint = turns ? joint_like(robot->positioner[i - joints]) : robot->joints[i];
-    const double room = std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) *
-                        calib::unit_of(joint).per_si;
-    std::string& list = room < 0.0 ? outside : near;
-    // A positioner may rest at the end of its range.
-    if (room < (turns ? 0.0 : joint.is_prismatic() ? kNearMm : kNearDeg))
-      list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
-  }
-  if (!outside.empty()) {
-    findings.fail(check, {"say.doctor.angles.outside", {{"deg", shown}, {"axes", outside}}},
-                  "say.doctor.angles.outside.do");
-  } else if (!near.empty()) {
-    findings.warn(check,
-                  {track ? "say.doctor.angles.near.unit" : "say.doctor.angles.near",
-                   {{"deg", shown}, {"axes", near}}},
-                  "say.doctor.angles.near.do");
-  } else {
-    findings.ok(check, {"say.doctor.angles", {{"deg", shown}}});
-  }
-}
-
-namespace {
 
 // The programs send every 20 ms, or every loop of a busy submit interpreter.
 constexpr double kSlowStatesS = 0.060;
@@ -428,6 +319,100 @@ void judge_readiness(const EkiSeen& seen, Findings& findings) {
 }
 
 }  // namespace
+
+void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findings) {
+  judge_packets(seen, findings);
+  if (!seen.up) {
+    for (const char* check : {"rsi sender", "rsi cycle", "rsi decimals", "rsi elements",
+                              "rsi state", "rsi replies", "rsi reply times"}) {
+      findings.skip(check, "say.doctor.no_packets");
+    }
+    if (expected.in_space) findings.skip("rsi tool", "say.doctor.no_packets");
+    if (expected.input > 0) findings.skip("rsi contact input", "say.doctor.no_packets");
+    return;
+  }
+  judge_sender(seen, findings);
+  judge_cycle(seen, findings);
+  judge_decimals(seen, findings);
+  judge_elements(seen, findings);
+  judge_state(seen, expected, findings);
+  if (expected.input > 0) judge_second_path(seen, expected, findings);
+  if (expected.in_space) judge_tcp(seen, findings);
+  judge_replies(seen, expected, findings);
+  judge_times(seen, findings);
+}
+
+void judge_rsi_end(std::optional<double> ended_after_s, Findings& findings) {
+  const std::string check = "rsi stop";
+  if (!ended_after_s) {
+    findings.warn(check, "say.doctor.stop.none", "say.doctor.stop.none.do");
+  } else {
+    findings.ok(check, {"say.doctor.stop", {{"s", *ended_after_s}}});
+  }
+}
+
+void judge_model(const calib::ControllerModel& model, const calib::Robot& robot, bool sends,
+                 WireKind wire, Findings& findings) {
+  using enum calib::ControllerModel::Outcome;
+  const std::string check = "controller's model";
+  const Phrase found = phrase(model, robot);
+  switch (model.outcome) {
+    case kAgrees: return findings.ok(check, found);
+    case kNotStated:
+      if (sends)
+        return findings.skip(check, wire == WireKind::kRsi ? "say.doctor.model.moving.rsi"
+                                                           : "say.doctor.model.moving.eki");
+      return findings.warn(check, found,
+                           wire == WireKind::kRsi ? "say.doctor.model.unsent.do.rsi"
+                                                  : "say.doctor.model.unsent.do.eki");
+    case kOtherFrames: return findings.warn(check, found, "say.doctor.model.frames.do");
+    case kUndecided: return findings.warn(check, found, "say.doctor.model.undecided.do");
+    case kDiffers: return findings.fail(check, found, "say.doctor.model.differs.do");
+  }
+}
+
+void judge_angles(const std::string& check, const drivers::AxisAngles& actual_rad,
+                  const calib::Robot* robot, Findings& findings) {
+  constexpr double kNearDeg = 1.0, kNearMm = 10.0;
+  const bool track = robot != nullptr && robot->first_turning() > 0;
+  std::string shown;
+  for (std::size_t i = 0; i < actual_rad.size(); ++i) {
+    const bool in_mm = track && i == 0;
+    shown += fmt::format("{}{:.3f}{}", shown.empty() ? "" : ", ",
+                         actual_rad[i] * (in_mm ? calib::kMmPerM : calib::kDegPerRad),
+                         in_mm ? " mm" : "");
+  }
+  if (robot == nullptr)
+    return findings.skip(check, {"say.doctor.angles.unchecked", {{"deg", shown}}});
+  const std::size_t joints = robot->joints.size(), axes = joints + robot->positioner.size();
+  if (axes != actual_rad.size()) {
+    return findings.fail(
+        check, {"say.doctor.angles.count", {{"angles", actual_rad.size()}, {"joints", axes}}},
+        "say.doctor.angles.count.do");
+  }
+  std::string outside, near;
+  for (std::size_t i = 0; i < actual_rad.size(); ++i) {
+    const bool turns = i >= joints;  // an axis of the positioner
+    const calib::Joint joint = turns ? joint_like(robot->positioner[i - joints]) : robot->joints[i];
+    const double room = std::min(actual_rad[i] - joint.min_rad, joint.max_rad - actual_rad[i]) *
+                        calib::unit_of(joint).per_si;
+    std::string& list = room < 0.0 ? outside : near;
+    // A positioner may rest at the end of its range.
+    if (room < (turns ? 0.0 : joint.is_prismatic() ? kNearMm : kNearDeg))
+      list += fmt::format("{}{}", list.empty() ? "" : ", ", joint.name);
+  }
+  if (!outside.empty()) {
+    findings.fail(check, {"say.doctor.angles.outside", {{"deg", shown}, {"axes", outside}}},
+                  "say.doctor.angles.outside.do");
+  } else if (!near.empty()) {
+    findings.warn(check,
+                  {track ? "say.doctor.angles.near.unit" : "say.doctor.angles.near",
+                   {{"deg", shown}, {"axes", near}}},
+                  "say.doctor.angles.near.do");
+  } else {
+    findings.ok(check, {"say.doctor.angles", {{"deg", shown}}});
+  }
+}
 
 void judge_input(const std::string& check, const InputSeen& seen, int number, bool contact_is_on,
                  Findings& findings) {

@@ -42,7 +42,7 @@ struct RsiSeen {
   std::vector<std::pair<double, std::uint64_t>> replies_within;
   InputSeen input;
   calib::Phrase last_words;  ///< newest message of the adapter
-  std::string listening;   ///< "UDP 10.0.0.5:49152"
+  std::string listening;     ///< "UDP 10.0.0.5:49152"
 };
 
 struct RsiExpected {

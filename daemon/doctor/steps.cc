@@ -30,30 +30,6 @@ const std::optional<StepEvidence>& step_evidence(const Evidence& evidence, SetUp
   return evidence.*kTable[step];
 }
 
-}  // namespace
-
-std::vector<StepSeen> steps_of(const Evidence& evidence) {
-  std::vector<StepSeen> steps;
-  for (const SetUpStep step : kAllSteps) {
-    StepSeen& seen = steps.emplace_back();
-    seen.step = step;
-    const std::optional<StepEvidence>& found = step_evidence(evidence, step);
-    if (!found) continue;
-    seen.state = found->good ? StepState::kDone : StepState::kWrong;
-    seen.words = found->words;
-    seen.session = found->session;
-  }
-  return steps;
-}
-
-std::optional<SetUpStep> next_of(const std::vector<StepSeen>& steps) {
-  const auto open = std::find_if(steps.begin(), steps.end(),
-                                 [](const StepSeen& one) { return one.state != StepState::kDone; });
-  return open == steps.end() ? std::nullopt : std::optional(open->step);
-}
-
-namespace {
-
 /// The file itself first, with its faults; files that it names only where it loads.
 void examine_files(Evidence& evidence) {
   calib::Cell cell;
@@ -116,7 +92,33 @@ std::optional<StepEvidence> calibrated(const SessionOutcome& outcome, std::int64
   return StepEvidence{published(outcome).value_or(false), {}, session};
 }
 
+/// True if cell and robot file are unchanged since that session: later changes may be an obstacle.
+bool is_of(Journal& journal, std::int64_t session, const std::string& text) {
+  const auto record = journal.session(session);
+  return record && record->inputs.cell_text + '\0' + record->inputs.robot_text == text;
+}
+
 }  // namespace
+
+std::vector<StepSeen> steps_of(const Evidence& evidence) {
+  std::vector<StepSeen> steps;
+  for (const SetUpStep step : kAllSteps) {
+    StepSeen& seen = steps.emplace_back();
+    seen.step = step;
+    const std::optional<StepEvidence>& found = step_evidence(evidence, step);
+    if (!found) continue;
+    seen.state = found->good ? StepState::kDone : StepState::kWrong;
+    seen.words = found->words;
+    seen.session = found->session;
+  }
+  return steps;
+}
+
+std::optional<SetUpStep> next_of(const std::vector<StepSeen>& steps) {
+  const auto open = std::find_if(steps.begin(), steps.end(),
+                                 [](const StepSeen& one) { return one.state != StepState::kDone; });
+  return open == steps.end() ? std::nullopt : std::optional(open->step);
+}
 
 std::string text_of_cell(const std::filesystem::path& cell) {
   try {
@@ -126,16 +128,6 @@ std::string text_of_cell(const std::filesystem::path& cell) {
     return {};
   }
 }
-
-namespace {
-
-/// True if cell and robot file are unchanged since that session: later changes may be an obstacle.
-bool is_of(Journal& journal, std::int64_t session, const std::string& text) {
-  const auto record = journal.session(session);
-  return record && record->inputs.cell_text + '\0' + record->inputs.robot_text == text;
-}
-
-}  // namespace
 
 Evidence evidence_of(const Examination& examination, Journal& journal) {
   std::vector<SessionRecord> sessions = journal.sessions();

@@ -444,6 +444,13 @@ void Wires::eki() {
     std::this_thread::sleep_for(kPollInterval);
 }
 
+using nlohmann::json;
+
+std::string local_time(std::time_t when) {
+  std::tm day{};
+  return fmt::format("{:%H:%M:%S}", *::localtime_r(&when, &day));
+}
+
 }  // namespace
 
 void examine_wires(const DoctorRequest& request, const DaemonConfig& config,
@@ -462,17 +469,6 @@ void examine_wires(const DoctorRequest& request, const DaemonConfig& config,
     findings.fail("wires", error.what(), "say.doctor.wires.do");
   }
 }
-
-namespace {
-
-using nlohmann::json;
-
-std::string local_time(std::time_t when) {
-  std::tm day{};
-  return fmt::format("{:%H:%M:%S}", *::localtime_r(&when, &day));
-}
-
-}  // namespace
 
 Phrase robot_link_phrase(const json& robot) {
   if (!robot.is_object() || !(number_in(robot, "packets") > 0.0)) return {};

@@ -58,6 +58,63 @@ class Away {
   std::chrono::seconds wait_{kShortest};
 };
 
+/// Unlimited, since the message was charged when it was received.
+constexpr Allowance kAll{.messages_per_s = 1.0, .burst = 1e18, .bytes_per_day = 1e18};
+
+/// Stores a quarantined message; false if it is refused.
+bool take(Store& store, const Kept& kept, Meters& meters, Reread& result) {
+  Batch batch;
+  judge({kept.topic, kept.payload}, meters, {}, batch);
+  if (!batch.refused.empty() || batch.empty()) return false;
+  const Written written = store.write(batch);
+  if (written.refused > 0) return false;
+  result.stored += written.facts + batch.presences.size();
+  result.twice += written.twice;
+  return true;
+}
+
+constexpr int kKeepAlive_s = 60, kQos = 1;
+constexpr std::uint32_t kSession_s = 30u * 86'400u;
+/// Larger ones the broker keeps to itself; those between this and kLargestMessage are quarantined.
+constexpr std::uint32_t kMostPacket = 2u * static_cast<std::uint32_t>(plant::kLargestMessage);
+constexpr std::uint16_t kMostUnacknowledged = 1000;
+constexpr std::chrono::seconds kGreeting{15};
+/// Bytes in one batch: certificates are large.
+constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+
+struct FreeProperties {
+  void operator()(mosquitto_property* properties) const {
+    mosquitto_property_free_all(&properties);
+  }
+};
+using Properties = std::unique_ptr<mosquitto_property, FreeProperties>;
+
+Properties connect_properties() {
+  mosquitto_property* properties = nullptr;
+  mosquitto_property_add_int32(&properties, MQTT_PROP_SESSION_EXPIRY_INTERVAL, kSession_s);
+  mosquitto_property_add_int16(&properties, MQTT_PROP_RECEIVE_MAXIMUM, kMostUnacknowledged);
+  mosquitto_property_add_int32(&properties, MQTT_PROP_MAXIMUM_PACKET_SIZE, kMostPacket);
+  return Properties(properties);
+}
+
+std::string first_line_of_file(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  if (!std::getline(in, line))
+    throw BrokerUnavailable(file.string() + ": no password can be read from it");
+  return line;
+}
+
+const char* c_str_or_null(const std::filesystem::path& path) {
+  return path.empty() ? nullptr : path.c_str();
+}
+
+/// libmosquitto's own start and end.
+struct Library {
+  Library() { mosquitto_lib_init(); }
+  ~Library() { mosquitto_lib_cleanup(); }
+};
+
 }  // namespace
 
 Collector::Collector(CollectorConfig config)
@@ -130,25 +187,6 @@ std::vector<plant::Stored> Collector::write(Store& store, std::vector<Message> m
   return std::move(written.stored);
 }
 
-namespace {
-
-/// Unlimited, since the message was charged when it was received.
-constexpr Allowance kAll{.messages_per_s = 1.0, .burst = 1e18, .bytes_per_day = 1e18};
-
-/// Stores a quarantined message; false if it is refused.
-bool take(Store& store, const Kept& kept, Meters& meters, Reread& result) {
-  Batch batch;
-  judge({kept.topic, kept.payload}, meters, {}, batch);
-  if (!batch.refused.empty() || batch.empty()) return false;
-  const Written written = store.write(batch);
-  if (written.refused > 0) return false;
-  result.stored += written.facts + batch.presences.size();
-  result.twice += written.twice;
-  return true;
-}
-
-}  // namespace
-
 Reread reread_quarantine(Store& store) {
   Reread result;
   Meters meters(kAll);
@@ -166,52 +204,6 @@ Reread reread_quarantine(Store& store) {
   }
   return result;
 }
-
-namespace {
-
-constexpr int kKeepAlive_s = 60, kQos = 1;
-constexpr std::uint32_t kSession_s = 30u * 86'400u;
-/// Larger ones the broker keeps to itself; those between this and kLargestMessage are quarantined.
-constexpr std::uint32_t kMostPacket = 2u * static_cast<std::uint32_t>(plant::kLargestMessage);
-constexpr std::uint16_t kMostUnacknowledged = 1000;
-constexpr std::chrono::seconds kGreeting{15};
-/// Bytes in one batch: certificates are large.
-constexpr std::size_t kMostBytes = std::size_t{16} << 20;
-
-struct FreeProperties {
-  void operator()(mosquitto_property* properties) const {
-    mosquitto_property_free_all(&properties);
-  }
-};
-using Properties = std::unique_ptr<mosquitto_property, FreeProperties>;
-
-Properties connect_properties() {
-  mosquitto_property* properties = nullptr;
-  mosquitto_property_add_int32(&properties, MQTT_PROP_SESSION_EXPIRY_INTERVAL, kSession_s);
-  mosquitto_property_add_int16(&properties, MQTT_PROP_RECEIVE_MAXIMUM, kMostUnacknowledged);
-  mosquitto_property_add_int32(&properties, MQTT_PROP_MAXIMUM_PACKET_SIZE, kMostPacket);
-  return Properties(properties);
-}
-
-std::string first_line_of_file(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  if (!std::getline(in, line))
-    throw BrokerUnavailable(file.string() + ": no password can be read from it");
-  return line;
-}
-
-const char* c_str_or_null(const std::filesystem::path& path) {
-  return path.empty() ? nullptr : path.c_str();
-}
-
-/// libmosquitto's own start and end.
-struct Library {
-  Library() { mosquitto_lib_init(); }
-  ~Library() { mosquitto_lib_cleanup(); }
-};
-
-}  // namespace
 
 struct Broker::Impl {
   struct Free {

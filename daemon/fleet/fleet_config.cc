@@ -1,5 +1,3 @@
-#include "daemon/fleet/fleet_server.h"
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include "calib/files/toml.h"
 #include "daemon/config/config_values.h"
 #include "daemon/config/network_config.h"
+#include "daemon/fleet/fleet_server.h"
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {

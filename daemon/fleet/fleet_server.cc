@@ -101,21 +101,6 @@ void add_plant(Exposition& out, const Totals& totals) {
   for (const auto& [what, cells] : totals.needs) out.sample(count(cells), {{"what", what}});
 }
 
-}  // namespace
-
-std::string fleet_metrics(Reading& reading, const Counters& counters) {
-  Exposition out;
-  add_collector(out, counters);
-  try {
-    add_plant(out, reading.totals());
-  } catch (const StoreUnavailable&) {
-    // reported by cellcal_fleet_database_up
-  }
-  return std::move(out).text();
-}
-
-namespace {
-
 using nlohmann::json;
 using plant::CellName;
 
@@ -202,6 +187,17 @@ Response found(const Request& request, Reading& reading, const Counters& counter
 }
 
 }  // namespace
+
+std::string fleet_metrics(Reading& reading, const Counters& counters) {
+  Exposition out;
+  add_collector(out, counters);
+  try {
+    add_plant(out, reading.totals());
+  } catch (const StoreUnavailable&) {
+    // reported by cellcal_fleet_database_up
+  }
+  return std::move(out).text();
+}
 
 Response answer(const Request& request, Reading& reading, const Counters& counters) {
   try {

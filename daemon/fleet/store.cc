@@ -92,75 +92,8 @@ Written write_one_by_one(pqxx::connection& connection, const Batch& batch) {
   return written;
 }
 
-}  // namespace
-
-Store::Store(const StoreConfig& config)
-    : impl_(std::make_unique<Impl>(Impl{config, connect(config.connection)})) {
-  make_tables(*impl_->connection);
-  state_settings(*impl_->connection, config);
-}
-
-Store::~Store() = default;
-
-Written Store::write(const Batch& batch) {
-  try {
-    return write_in_its_month(*impl_->connection, batch);
-  } catch (const BadData&) {
-    try {
-      return write_one_by_one(*impl_->connection, batch);
-    } catch (const BadData& bad) {
-      throw StoreUnavailable(bad.what());
-    }
-  }
-}
-
-std::vector<std::string> Store::maintain() {
-  try {
-    std::vector<std::string> put_off = make_months(*impl_->connection);
-    for (std::string& words : drop_months(*impl_->connection, impl_->config.telemetry_months))
-      put_off.push_back(std::move(words));
-    settle(*impl_->connection);
-    return put_off;
-  } catch (const BadData& bad) {
-    throw StoreUnavailable(bad.what());
-  }
-}
-
-namespace {
-
 /// Number of messages per call; certificates are large.
 constexpr int kAtOnce = 8;
-
-}  // namespace
-
-std::vector<Kept> Store::kept(std::int64_t after) {
-  std::vector<Kept> all;
-  guarded([&] {
-    pqxx::read_transaction work(*impl_->connection);
-    for (
-        const auto& row : work.exec_params(
-            "SELECT id, plant, cell, topic, payload, bytes, octet_length(payload) = bytes FROM quarantine WHERE "
-            "id > $1 AND why IN ('message', 'bound', 'database') ORDER BY id LIMIT $2",
-            after, kAtOnce))
-      all.push_back({row[0].as<std::int64_t>(),
-                     {row[1].as<std::string>(), row[2].as<std::string>()},
-                     row[3].as<std::string>(),
-                     pqxx::binarystring(row[4]).str(),
-                     row[5].as<std::int64_t>(),
-                     row[6].as<bool>()});
-  });
-  return all;
-}
-
-void Store::let_go(std::int64_t kept) {
-  guarded([&] {
-    pqxx::work work(*impl_->connection);
-    work.exec_params("DELETE FROM quarantine WHERE id = $1", kept);
-    work.commit();
-  });
-}
-
-namespace {
 
 constexpr int kMonthsAhead = 2;
 /// Partitioned tables: only telemetry, so that nothing else is ever dropped.
@@ -227,6 +160,65 @@ std::vector<std::string> for_each_table(pqxx::connection& connection, const char
 }
 
 }  // namespace
+
+Store::Store(const StoreConfig& config)
+    : impl_(std::make_unique<Impl>(Impl{config, connect(config.connection)})) {
+  make_tables(*impl_->connection);
+  state_settings(*impl_->connection, config);
+}
+
+Store::~Store() = default;
+
+Written Store::write(const Batch& batch) {
+  try {
+    return write_in_its_month(*impl_->connection, batch);
+  } catch (const BadData&) {
+    try {
+      return write_one_by_one(*impl_->connection, batch);
+    } catch (const BadData& bad) {
+      throw StoreUnavailable(bad.what());
+    }
+  }
+}
+
+std::vector<std::string> Store::maintain() {
+  try {
+    std::vector<std::string> put_off = make_months(*impl_->connection);
+    for (std::string& words : drop_months(*impl_->connection, impl_->config.telemetry_months))
+      put_off.push_back(std::move(words));
+    settle(*impl_->connection);
+    return put_off;
+  } catch (const BadData& bad) {
+    throw StoreUnavailable(bad.what());
+  }
+}
+
+std::vector<Kept> Store::kept(std::int64_t after) {
+  std::vector<Kept> all;
+  guarded([&] {
+    pqxx::read_transaction work(*impl_->connection);
+    for (
+        const auto& row : work.exec_params(
+            "SELECT id, plant, cell, topic, payload, bytes, octet_length(payload) = bytes FROM quarantine WHERE "
+            "id > $1 AND why IN ('message', 'bound', 'database') ORDER BY id LIMIT $2",
+            after, kAtOnce))
+      all.push_back({row[0].as<std::int64_t>(),
+                     {row[1].as<std::string>(), row[2].as<std::string>()},
+                     row[3].as<std::string>(),
+                     pqxx::binarystring(row[4]).str(),
+                     row[5].as<std::int64_t>(),
+                     row[6].as<bool>()});
+  });
+  return all;
+}
+
+void Store::let_go(std::int64_t kept) {
+  guarded([&] {
+    pqxx::work work(*impl_->connection);
+    work.exec_params("DELETE FROM quarantine WHERE id = $1", kept);
+    work.commit();
+  });
+}
 
 std::vector<std::string> make_months(pqxx::connection& connection) {
   return for_each_table(connection, kMakingWaits, "the next months' tables",

@@ -27,6 +27,12 @@ constexpr const char* kJournal =
   throw JournalError("journal " + database.name() + ": " + words);
 }
 
+/// Number of the session's newest 'dropped' entry; 0 if there is none.
+std::int64_t dropped_before(Database& database, std::int64_t session) {
+  Statement newest(database, "SELECT max(number) FROM chain WHERE session=? AND kind='dropped'");
+  return newest.bind(1, session).step() ? newest.integer(0) : 0;
+}
+
 }  // namespace
 
 std::string sum_of(const std::string& before, std::int64_t number, std::int64_t session,
@@ -125,16 +131,6 @@ std::vector<std::string> Chain::open() {
 bool is_raw(const std::string& table) {
   return std::find(std::begin(kRawTables), std::end(kRawTables), table) != std::end(kRawTables);
 }
-
-namespace {
-
-/// Number of the session's newest 'dropped' entry; 0 if there is none.
-std::int64_t dropped_before(Database& database, std::int64_t session) {
-  Statement newest(database, "SELECT max(number) FROM chain WHERE session=? AND kind='dropped'");
-  return newest.bind(1, session).step() ? newest.integer(0) : 0;
-}
-
-}  // namespace
 
 void verify_rows(Database& database, std::int64_t session) {
   std::map<std::pair<std::string, std::int64_t>, std::string> expected;

@@ -40,6 +40,45 @@ Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) {
           fmt::format(R"({{"first":{},"last":{},"count":{}}})", first, last, count)};
 }
 
+double seconds(drivers::TimePoint at) {
+  return std::chrono::duration<double>(at.time_since_epoch()).count();
+}
+
+/// SQLite stores NaN as NULL, which the NOT NULL column rejects together with all later touches. NaN is stored as
+/// infinity.
+double kept(double value) {
+  return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
+}
+
+/// Adds a row to its table and to the chain.
+struct Insert {
+  Chain& chain;
+  std::int64_t session;
+
+  void operator()(const Words& row) const { chain.insert(session, "event", row.utc, row.words); }
+
+  void operator()(const RecordChange& row) const {
+    chain.insert(session, "change", row.utc, kept(row.clock_s), to_string(row.change.from),
+                 to_string(row.change.to), to_string(row.on), row.late_replies,
+                 kept(row.sensor_late_s));
+  }
+
+  void operator()(const RecordCause& row) const {
+    chain.insert(session, "interruption", row.utc, name_of_cause(row.by));
+  }
+
+  void operator()(const AssessedTouch&) const {}  // the outbox's alone
+  void operator()(const SessionEnd&) const {}     // the session's own row
+
+  void operator()(const RecordContact& row) const {
+    const drivers::ContactRecord& contact = row.contact;
+    chain.insert(session, "contact", row.touch, row.utc, to_string(contact.kind), contact.arm_id,
+                 contact.sequence, contact.event, contact.ticks, contact.confirmed_after_us,
+                 contact.bounces, kept(contact.sense_v), seconds(contact.heard),
+                 seconds(contact.first_edge), kept(contact.time_sigma_s), contact.lost);
+  }
+};
+
 }  // namespace
 
 void begin_source(Database& database) {
@@ -300,49 +339,6 @@ std::vector<WaitingReport> OutboxRows::waiting(std::int64_t after, std::size_t m
   }
   return rows;
 }
-
-namespace {
-
-double seconds(drivers::TimePoint at) {
-  return std::chrono::duration<double>(at.time_since_epoch()).count();
-}
-
-/// SQLite stores NaN as NULL, which the NOT NULL column rejects together with all later touches. NaN is stored as
-/// infinity.
-double kept(double value) {
-  return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
-}
-
-/// Adds a row to its table and to the chain.
-struct Insert {
-  Chain& chain;
-  std::int64_t session;
-
-  void operator()(const Words& row) const { chain.insert(session, "event", row.utc, row.words); }
-
-  void operator()(const RecordChange& row) const {
-    chain.insert(session, "change", row.utc, kept(row.clock_s), to_string(row.change.from),
-                 to_string(row.change.to), to_string(row.on), row.late_replies,
-                 kept(row.sensor_late_s));
-  }
-
-  void operator()(const RecordCause& row) const {
-    chain.insert(session, "interruption", row.utc, name_of_cause(row.by));
-  }
-
-  void operator()(const AssessedTouch&) const {}  // the outbox's alone
-  void operator()(const SessionEnd&) const {}     // the session's own row
-
-  void operator()(const RecordContact& row) const {
-    const drivers::ContactRecord& contact = row.contact;
-    chain.insert(session, "contact", row.touch, row.utc, to_string(contact.kind), contact.arm_id,
-                 contact.sequence, contact.event, contact.ticks, contact.confirmed_after_us,
-                 contact.bounces, kept(contact.sense_v), seconds(contact.heard),
-                 seconds(contact.first_edge), kept(contact.time_sigma_s), contact.lost);
-  }
-};
-
-}  // namespace
 
 void insert(Chain& chain, const PendingRow& row) {
   std::visit(Insert{chain, row.session}, row.what);

@@ -56,10 +56,10 @@ struct SessionRecord {
   RecordState state = RecordState::kRunning;
   SessionInputs inputs;
   std::string plan_hash;
-  int planned = 0;                            ///< touches of the plan; 0 before planning
-  int touches = 0;                            ///< on disk
-  std::string failure;                        ///< to_journal(RecordEnd::why); empty: none
-  calib::Phrase failure_said{};               ///< likewise, for other languages; empty: not recorded
+  int planned = 0;               ///< touches of the plan; 0 before planning
+  int touches = 0;               ///< on disk
+  std::string failure;           ///< to_journal(RecordEnd::why); empty: none
+  calib::Phrase failure_said{};  ///< likewise, for other languages; empty: not recorded
   std::optional<FailureKind> failure_kind{};  ///< set for the report of a failure; not stored
   std::string calibration;                    ///< JSON; empty before identification
   bool has_calibration = false;               ///< even if it was not read with the record

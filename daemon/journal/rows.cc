@@ -37,41 +37,6 @@ void read_columns(Database& database, RowEntry& entry) {
   entry.columns.assign(values.begin() + 1, values.end());
 }
 
-}  // namespace
-
-std::string text_of(const RowEntry& entry, const std::string& column) {
-  for (std::size_t i = 0; i < entry.names.size(); ++i)
-    if (entry.names[i] == column)
-      if (const auto* text = std::get_if<std::string>(&entry.columns[i])) return *text;
-  return {};
-}
-
-SessionRows read_rows(Database& database, const std::string& journal, std::int64_t session) {
-  SessionRows rows{journal, session, {}};
-  std::map<std::pair<std::string, std::int64_t>, std::size_t> newest;
-  Statement entries(database,
-                    "SELECT chain.number, chain.row, chain.kind, chain.digest, chain.sum, "
-                    "before.sum FROM chain LEFT JOIN chain AS before "
-                    "ON before.number = chain.number - 1 WHERE chain.session=? "
-                    "ORDER BY chain.number",
-                    session);
-  while (entries.step()) {
-    RowEntry entry;
-    entry.number = entries.integer(0);
-    entry.row = entries.integer(1);
-    entry.table = entries.text(2);
-    entry.digest = entries.text(3);
-    entry.sum = entries.text(4);
-    entry.before = entries.text(5);
-    newest[{entry.table, entry.row}] = rows.entries.size();
-    rows.entries.push_back(std::move(entry));
-  }
-  for (const auto& [of, index] : newest) read_columns(database, rows.entries[index]);
-  return rows;
-}
-
-namespace {
-
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "cellcal.rows/1";
@@ -192,83 +157,6 @@ void refuse_missing(const SessionRows& rows, const std::string& from) {
       refuse(from, index + 2, fmt::format("row {} of '{}' is missing", of.second, of.first));
   }
 }
-
-}  // namespace
-
-bool is_utf8(const std::string& text) {
-  try {
-    (void)Json(text).dump();
-    return true;
-  } catch (const Json::exception&) {  // invalid UTF-8
-    return false;
-  }
-}
-
-std::string to_lines(const SessionRows& rows) {
-  const Json first{{"format", kFormat},
-                   {"journal", rows.journal},
-                   {"session", rows.session},
-                   {"entries", rows.entries.size()},
-                   {"entries_sum", sum_of_entries(rows, rows.entries.size())}};
-  std::string lines = first.dump() + "\n";
-  for (const RowEntry& entry : rows.entries) lines += to_json(entry).dump() + "\n";
-  return lines;
-}
-
-std::string sum_of_entries(const SessionRows& rows, std::size_t count) {
-  std::string sums;
-  for (std::size_t i = 0; i < count; ++i) sums += rows.entries[i].sum;
-  return calib::sha256(sums);
-}
-
-std::size_t touches_in(const SessionRows& rows) {
-  std::set<std::int64_t> touches;
-  for (const RowEntry& entry : rows.entries)
-    if (entry.table == "touch") touches.insert(entry.row);
-  return touches.size();
-}
-
-SessionRows parse_lines(const std::string& lines, const std::string& from) {
-  SessionRows rows;
-  std::size_t expected = 0, line = 0;
-  std::string sum;
-  for (std::size_t at = 0; at < lines.size();) {
-    const std::size_t end = std::min(lines.find('\n', at), lines.size());
-    ++line;
-    try {
-      const Json json = Json::parse(lines.begin() + static_cast<std::ptrdiff_t>(at),
-                                    lines.begin() + static_cast<std::ptrdiff_t>(end));
-      if (line == 1) {
-        if (json.at("format") != kFormat)
-          throw std::invalid_argument("format is not cellcal.rows/1");
-        json.at("journal").get_to(rows.journal);
-        json.at("session").get_to(rows.session);
-        json.at("entries").get_to(expected);
-        json.at("entries_sum").get_to(sum);
-      } else {
-        RowEntry entry = entry_of(json);
-        const RowEntry* before = rows.entries.empty() ? nullptr : &rows.entries.back();
-        if (const auto why = complaint(rows, entry, before)) refuse(from, line, *why);
-        rows.entries.push_back(std::move(entry));
-      }
-    } catch (const Json::exception&) {
-      refuse(from, line, "no entry of a journal");
-    } catch (const std::invalid_argument& error) {
-      refuse(from, line, error.what());
-    }
-    at = end + 1;
-  }
-  if (line == 0 || rows.entries.size() != expected)
-    refuse(from, line, fmt::format("it holds {} of {} rows", rows.entries.size(), expected));
-  if (sum != sum_of_entries(rows, rows.entries.size()))
-    refuse(from, 1,
-           "the entries are not those that it counts: one was left out, put in or altered");
-  refuse_missing(rows, from);
-  refuse_gaps(rows, from);
-  return rows;
-}
-
-namespace {
 
 enum class Holds {
   kText,    ///< UTF-8
@@ -428,30 +316,18 @@ Complaint complaint(const Value& value, Holds holds) {
   constexpr std::int64_t kMostCount = 1'000'000'000,
                          kAny = std::numeric_limits<std::int64_t>::max();
   switch (holds) {
-    case Holds::kText:
-      return of_text(value, false);
-    case Holds::kName:
-      return of_text(value, true);
-    case Holds::kFlag:
-      return of_whole(value, 1);
-    case Holds::kCount:
-      return of_whole(value, kMostCount);
-    case Holds::kWhole:
-      return of_whole(value, kAny);
-    case Holds::kNumber:
-      return of_number(value, false, false);
-    case Holds::kFinite:
-      return of_number(value, true, false);
-    case Holds::kNotNegative:
-      return of_number(value, true, true);
-    case Holds::kAngles:
-      return of_doubles(value, 1, drivers::kMaxAxes);
-    case Holds::kAnglesOrNone:
-      return of_doubles(value, 0, drivers::kMaxAxes);
-    case Holds::kThree:
-      return of_doubles(value, 3, 3);
-    case Holds::kPostures:
-      return of_doubles(value, 0, kMostPostures * drivers::kMaxAxes);
+    case Holds::kText: return of_text(value, false);
+    case Holds::kName: return of_text(value, true);
+    case Holds::kFlag: return of_whole(value, 1);
+    case Holds::kCount: return of_whole(value, kMostCount);
+    case Holds::kWhole: return of_whole(value, kAny);
+    case Holds::kNumber: return of_number(value, false, false);
+    case Holds::kFinite: return of_number(value, true, false);
+    case Holds::kNotNegative: return of_number(value, true, true);
+    case Holds::kAngles: return of_doubles(value, 1, drivers::kMaxAxes);
+    case Holds::kAnglesOrNone: return of_doubles(value, 0, drivers::kMaxAxes);
+    case Holds::kThree: return of_doubles(value, 3, 3);
+    case Holds::kPostures: return of_doubles(value, 0, kMostPostures * drivers::kMaxAxes);
   }
   return std::nullopt;
 }
@@ -482,6 +358,110 @@ class Axes {
 };
 
 }  // namespace
+
+std::string text_of(const RowEntry& entry, const std::string& column) {
+  for (std::size_t i = 0; i < entry.names.size(); ++i)
+    if (entry.names[i] == column)
+      if (const auto* text = std::get_if<std::string>(&entry.columns[i])) return *text;
+  return {};
+}
+
+SessionRows read_rows(Database& database, const std::string& journal, std::int64_t session) {
+  SessionRows rows{journal, session, {}};
+  std::map<std::pair<std::string, std::int64_t>, std::size_t> newest;
+  Statement entries(database,
+                    "SELECT chain.number, chain.row, chain.kind, chain.digest, chain.sum, "
+                    "before.sum FROM chain LEFT JOIN chain AS before "
+                    "ON before.number = chain.number - 1 WHERE chain.session=? "
+                    "ORDER BY chain.number",
+                    session);
+  while (entries.step()) {
+    RowEntry entry;
+    entry.number = entries.integer(0);
+    entry.row = entries.integer(1);
+    entry.table = entries.text(2);
+    entry.digest = entries.text(3);
+    entry.sum = entries.text(4);
+    entry.before = entries.text(5);
+    newest[{entry.table, entry.row}] = rows.entries.size();
+    rows.entries.push_back(std::move(entry));
+  }
+  for (const auto& [of, index] : newest) read_columns(database, rows.entries[index]);
+  return rows;
+}
+
+bool is_utf8(const std::string& text) {
+  try {
+    (void)Json(text).dump();
+    return true;
+  } catch (const Json::exception&) {  // invalid UTF-8
+    return false;
+  }
+}
+
+std::string to_lines(const SessionRows& rows) {
+  const Json first{{"format", kFormat},
+                   {"journal", rows.journal},
+                   {"session", rows.session},
+                   {"entries", rows.entries.size()},
+                   {"entries_sum", sum_of_entries(rows, rows.entries.size())}};
+  std::string lines = first.dump() + "\n";
+  for (const RowEntry& entry : rows.entries) lines += to_json(entry).dump() + "\n";
+  return lines;
+}
+
+std::string sum_of_entries(const SessionRows& rows, std::size_t count) {
+  std::string sums;
+  for (std::size_t i = 0; i < count; ++i) sums += rows.entries[i].sum;
+  return calib::sha256(sums);
+}
+
+std::size_t touches_in(const SessionRows& rows) {
+  std::set<std::int64_t> touches;
+  for (const RowEntry& entry : rows.entries)
+    if (entry.table == "touch") touches.insert(entry.row);
+  return touches.size();
+}
+
+SessionRows parse_lines(const std::string& lines, const std::string& from) {
+  SessionRows rows;
+  std::size_t expected = 0, line = 0;
+  std::string sum;
+  for (std::size_t at = 0; at < lines.size();) {
+    const std::size_t end = std::min(lines.find('\n', at), lines.size());
+    ++line;
+    try {
+      const Json json = Json::parse(lines.begin() + static_cast<std::ptrdiff_t>(at),
+                                    lines.begin() + static_cast<std::ptrdiff_t>(end));
+      if (line == 1) {
+        if (json.at("format") != kFormat)
+          throw std::invalid_argument("format is not cellcal.rows/1");
+        json.at("journal").get_to(rows.journal);
+        json.at("session").get_to(rows.session);
+        json.at("entries").get_to(expected);
+        json.at("entries_sum").get_to(sum);
+      } else {
+        RowEntry entry = entry_of(json);
+        const RowEntry* before = rows.entries.empty() ? nullptr : &rows.entries.back();
+        if (const auto why = complaint(rows, entry, before)) refuse(from, line, *why);
+        rows.entries.push_back(std::move(entry));
+      }
+    } catch (const Json::exception&) {
+      refuse(from, line, "no entry of a journal");
+    } catch (const std::invalid_argument& error) {
+      refuse(from, line, error.what());
+    }
+    at = end + 1;
+  }
+  if (line == 0 || rows.entries.size() != expected)
+    refuse(from, line, fmt::format("it holds {} of {} rows", rows.entries.size(), expected));
+  if (sum != sum_of_entries(rows, rows.entries.size()))
+    refuse(from, 1,
+           "the entries are not those that it counts: one was left out, put in or altered");
+  refuse_missing(rows, from);
+  refuse_gaps(rows, from);
+  return rows;
+}
 
 void refuse_impossible(const SessionRows& rows, const std::string& from) {
   Axes axes;

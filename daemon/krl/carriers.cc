@@ -45,7 +45,8 @@ calib::Robot with_axes_as_found(const calib::Calibration& c) {
 std::string name_of_axis(int axis) { return "E" + std::to_string(axis); }
 
 int unit_axis(const calib::Robot& robot) {
-  return robot.first_turning() > 0 ? std::max(1, calib::external_axis(robot.joints.front().name)) : 0;
+  return robot.first_turning() > 0 ? std::max(1, calib::external_axis(robot.joints.front().name))
+                                   : 0;
 }
 
 Carriers::Carriers(const calib::Calibration& calibration, const Data& data)
@@ -100,7 +101,8 @@ std::optional<Carriers::Mounted> Carriers::mounting(const calib::MachineDef& mac
   const std::size_t axes = one.kinematic->axes.size();
   if (axes == 0 || axes > std::min(touched_axes_, robot.positioner.size())) return std::nullopt;
   for (std::size_t j = 0; j < axes; ++j)
-    if (calib::external_axis(robot.positioner[j].name) != one.kinematic->axes[j]) return std::nullopt;
+    if (calib::external_axis(robot.positioner[j].name) != one.kinematic->axes[j])
+      return std::nullopt;
   one.root = foot_in_world().inverse() * calib::to_isometry(machine.root);
   const std::vector<double> zero(axes);
   const auto flange = calib::flange_of(*one.kinematic, zero);
@@ -156,9 +158,8 @@ int Carriers::machine_of(const FrameRef& base) const {
 std::variant<CarriedFlange, Why> Carriers::flange(int machine, const Point& point) const {
   const auto at = mounted_.find(machine);
   if (at == mounted_.end())
-    return touched_axes_ == 0 || data_.external.machines.count(machine) == 0
-               ? Why::kExternalBase
-               : Why::kOtherKinematic;
+    return touched_axes_ == 0 || data_.external.machines.count(machine) == 0 ? Why::kExternalBase
+                                                                             : Why::kOtherKinematic;
   const Mounted& one = at->second;
   CarriedFlange found;
   for (const int axis : one.kinematic->axes) {

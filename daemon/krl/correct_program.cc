@@ -456,16 +456,6 @@ class Correction {
   bool reported_ = false;  ///< the refusal is already listed
 };
 
-}  // namespace
-
-const CorrectedPoint* CorrectedProgram::largest() const {
-  const auto at = std::ranges::max_element(
-      points, {}, [](const CorrectedPoint& one) { return one.shift_mm.norm(); });
-  return at == points.end() ? nullptr : &*at;
-}
-
-namespace {
-
 constexpr const char* kNever = "no posture reaches it as stated; other points are copied to it";
 
 /// The tool and load of a motion among those in use; null if its tool is not known.
@@ -499,6 +489,12 @@ Corrected common_of(const Program& program, const Correction& correction) {
 }
 
 }  // namespace
+
+const CorrectedPoint* CorrectedProgram::largest() const {
+  const auto at = std::ranges::max_element(
+      points, {}, [](const CorrectedPoint& one) { return one.shift_mm.norm(); });
+  return at == points.end() ? nullptr : &*at;
+}
 
 calib::Calibration as_drawn(calib::Calibration calibration) {
   for (calib::ParameterResult& one : calibration.parameters) one.correction = 0.0;

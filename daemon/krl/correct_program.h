@@ -28,10 +28,10 @@ struct CorrectedPoint {
   /// Shift of the written point in its own base; for axis angles that of the nominal TCP, robot's
   /// base.
   Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
-  double turn_deg = 0.0;        ///< its rotation
-  double u95_mm = 0.0;          ///< of the real TCP there, as from predict
-  double left_mm = 0.0;         ///< deviation of the calibrated TCP with the written numbers
-  bool status_changed = false;  ///< S or T changed
+  double turn_deg = 0.0;           ///< its rotation
+  double u95_mm = 0.0;             ///< of the real TCP there, as from predict
+  double left_mm = 0.0;            ///< deviation of the calibrated TCP with the written numbers
+  bool status_changed = false;     ///< S or T changed
   bool taught_accurately = false;  ///< by the absolutely accurate model of the controller (S)
 };
 
@@ -66,7 +66,7 @@ struct CorrectedModule {
   int points = 0;   ///< corrected points
   /// If any: none of its points is changed.
   std::vector<Refusal> refusals;
-  bool kukas = false;  ///< the controller's own program, left as it is
+  bool kukas = false;           ///< the controller's own program, left as it is
   std::vector<ToolUsed> tools;  ///< tools and loads of its corrected points
 };
 

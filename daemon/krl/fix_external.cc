@@ -1,5 +1,3 @@
-#include "daemon/krl/fix_lines.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
+#include "daemon/krl/fix_lines.h"
 
 namespace cellcal::daemon::krl {
 
@@ -127,31 +126,39 @@ void write_positioner(const calib::Calibration& c, const Carriers& carriers, Lin
       "positioner: axes that may carry a base, as the controller has them and as calibrated");
   out.value("INT", "CCF_XAXES", std::to_string(most));
   const auto as_calibrated = [&](std::size_t j) { return frame(calib::axis_as_found(c, j)); };
-  out.each("FRAME", "CCF_XDRAWN", indices,
-           [&](std::size_t j) { return found ? as_calibrated(j) : frame(axes[j].frame); }, none);
+  out.each(
+      "FRAME", "CCF_XDRAWN", indices,
+      [&](std::size_t j) { return found ? as_calibrated(j) : frame(axes[j].frame); }, none);
   out.each("FRAME", "CCF_XFOUND", indices, as_calibrated, none);
   out.reals("CCF_XSIGN", axes, [](const auto& one) { return one.sign; });
   out.reals("CCF_XREAL", indices, [&](std::size_t j) {
     const auto scale = calib::positioner_parameter(j, calib::AxisError::kScale);
     return axes[j].sign * (1.0 + correction_of(c, scale));
   });
-  out.comment("masses that the axes turn, with their centres, and how far an axis gives about x, y and z");
+  out.comment(
+      "masses that the axes turn, with their centres, and how far an axis gives about x, y and z");
   out.value("INT", "CCF_XLOADS", std::to_string(loaded ? axes.size() : 0));
   out.value("FRAME", "CCF_XDOWN", frame(c.cell.robot.gravity_m_s2));
   out.reals("CCF_XKG", axes, [](const auto& one) { return one.mass_kg; });
-  out.each("FRAME", "CCF_XCOM", axes,
-           [](const auto& one) { return frame(Vector3d(one.com_m * kMmPerM)); }, none);
-  out.each("FRAME", "CCF_XSOFT", indices, [&](std::size_t j) {
-    return frame(Vector3d(calib::give_rad_per_nm(c, j) * kDegPerRad * kNmPerKnm));
-  }, none);
+  out.each(
+      "FRAME", "CCF_XCOM", axes,
+      [](const auto& one) { return frame(Vector3d(one.com_m * kMmPerM)); }, none);
+  out.each(
+      "FRAME", "CCF_XSOFT", indices,
+      [&](std::size_t j) {
+        return frame(Vector3d(calib::give_rad_per_nm(c, j) * kDegPerRad * kNmPerKnm));
+      },
+      none);
   out.comment("MACHINE_DEF: number, axes, its flange in the frame that these carry");
   out.value("INT", "CCF_XMACHINES", std::to_string(mounted.size()));
-  out.each("INT", "CCF_XMACH", mounted,
-           [](const auto& one) { return std::to_string(one.first); }, "0");
-  out.each("INT", "CCF_XCARRIED", mounted,
-           [](const auto& one) { return std::to_string(one.second.kinematic->axes.size()); }, "0");
-  out.each("FRAME", "CCF_XMOUNT", mounted,
-           [](const auto& one) { return frame(one.second.mount); }, none);
+  out.each(
+      "INT", "CCF_XMACH", mounted, [](const auto& one) { return std::to_string(one.first); }, "0");
+  out.each(
+      "INT", "CCF_XCARRIED", mounted,
+      [](const auto& one) { return std::to_string(one.second.kinematic->axes.size()); }, "0");
+  out.each(
+      "FRAME", "CCF_XMOUNT", mounted, [](const auto& one) { return frame(one.second.mount); },
+      none);
 }
 
 }  // namespace

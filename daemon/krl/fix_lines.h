@@ -39,7 +39,8 @@ class Lines {
   }
   template <typename All, typename One>
   void reals(const std::string& name, const All& all, const One& one) {
-    each("REAL", name, all, [&](const auto& its) { return real(one(its)); }, "0.0");
+    each(
+        "REAL", name, all, [&](const auto& its) { return real(one(its)); }, "0.0");
   }
   const std::string& text() const { return text_; }
 

@@ -93,39 +93,27 @@ void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints
   if (joint < 0) return;
   Joints::One& one = joints.joint[static_cast<std::size_t>(joint)];
   switch (p.kind) {
-    case ParameterKind::kCompliance:
-      one.compliance = x;
-      break;
-    case ParameterKind::kPlay:
-      one.play_rad = x;
-      break;
-    case ParameterKind::kStiffening:
-      one.stiffening_rad = x;
-      break;
+    case ParameterKind::kCompliance: one.compliance = x; break;
+    case ParameterKind::kPlay: one.play_rad = x; break;
+    case ParameterKind::kStiffening: one.stiffening_rad = x; break;
     case ParameterKind::kLoad:
-      joints.loads.try_emplace({joint, joints.of(p.link)}, Vector3d::Zero()).first->second[p.axis] +=
-          x;
+      joints.loads.try_emplace({joint, joints.of(p.link)}, Vector3d::Zero())
+          .first->second[p.axis] += x;
       break;
-    case ParameterKind::kBearing:
-      (p.axis == 0 ? one.tilt_x : one.tilt_y) = x;
-      break;
+    case ParameterKind::kBearing: (p.axis == 0 ? one.tilt_x : one.tilt_y) = x; break;
     case ParameterKind::kCosine:
     case ParameterKind::kSine:
     case ParameterKind::kFunctionCosine:
-    case ParameterKind::kFunctionSine:
-      add_wave(arm, p, x, joints);
-      break;
+    case ParameterKind::kFunctionSine: add_wave(arm, p, x, joints); break;
     case ParameterKind::kTheta:
     case ParameterKind::kD:
     case ParameterKind::kA:
     case ParameterKind::kAlpha:
     case ParameterKind::kBeta:
     case ParameterKind::kDeflection:
-    case ParameterKind::kTcp:
-      break;  // errors() has them
+    case ParameterKind::kTcp: break;  // errors() has them
     case ParameterKind::kGuide:
-    case ParameterKind::kPositioner:
-      break;  // fix_external.cc has them
+    case ParameterKind::kPositioner: break;  // fix_external.cc has them
     case ParameterKind::kEffectiveRadius:
     case ParameterKind::kLatchDelay:
     case ParameterKind::kCentre:
@@ -133,8 +121,7 @@ void add_by_posture(const ArmModel& arm, const ArmParameter& p, double x, Joints
     case ParameterKind::kShift:
     case ParameterKind::kTurn:
     case ParameterKind::kRadius:
-    case ParameterKind::kProbeTurn:
-      break;  // not of the arm
+    case ParameterKind::kProbeTurn: break;  // not of the arm
   }
 }
 
@@ -220,8 +207,7 @@ std::vector<FixTool> tools_of(const calib::Calibration& c, const Data& data,
   std::vector<FixTool> all;
   std::vector<Vector3d> own;  ///< tips with the cell's tool
   const auto add = [&](const FrameMmDeg& stated, const std::optional<LoadData>& load) {
-    if (std::ranges::any_of(
-            all, [&](const FixTool& t) { return t.is(stated) && t.load == load; }))
+    if (std::ranges::any_of(all, [&](const FixTool& t) { return t.is(stated) && t.load == load; }))
       return;
     if (all.size() == kMostTools)
       throw calib::FileError("more than 64 tools. Give a $config.dat with the tools in use");
@@ -356,14 +342,16 @@ void write_joints(const calib::Robot& robot, const Joints& joints, Lines& out) {
 void write_loads(const Joints& joints, Lines& out) {
   const auto& all = joints.loads;
   out.value("INT", "CCF_LOADS", std::to_string(all.size()));
-  out.each("INT", "CCF_L_OF", all, [](const auto& one) { return number(one.first.first); }, "1");
-  out.each("INT", "CCF_L_ON", all, [](const auto& one) { return number(one.first.second); }, "1");
-  out.each("FRAME", "CCF_L_BY", all,
-           [](const auto& one) { return frame(Vector3d(one.second.normalized() * kAlongMm)); },
-           frame(FrameMmDeg{}));
-  out.reals("CCF_L_DEG", all, [](const auto& one) {
-    return one.second.norm() * kDegPerRad / (kAlongMm * kAlongMm);
-  });
+  out.each(
+      "INT", "CCF_L_OF", all, [](const auto& one) { return number(one.first.first); }, "1");
+  out.each(
+      "INT", "CCF_L_ON", all, [](const auto& one) { return number(one.first.second); }, "1");
+  out.each(
+      "FRAME", "CCF_L_BY", all,
+      [](const auto& one) { return frame(Vector3d(one.second.normalized() * kAlongMm)); },
+      frame(FrameMmDeg{}));
+  out.reals("CCF_L_DEG", all,
+            [](const auto& one) { return one.second.norm() * kDegPerRad / (kAlongMm * kAlongMm); });
 }
 
 void write_waves(const Joints& joints, const Table& table, Lines& out) {
@@ -371,7 +359,8 @@ void write_waves(const Joints& joints, const Table& table, Lines& out) {
   for (const auto& [key, wave] : joints.waves)
     if (!in_table(wave)) fast.push_back(wave);
   out.value("INT", "CCF_WAVES", std::to_string(fast.size()));
-  out.each("INT", "CCF_V_OF", fast, [](const Wave& wave) { return number(wave.joint); }, "1");
+  out.each(
+      "INT", "CCF_V_OF", fast, [](const Wave& wave) { return number(wave.joint); }, "1");
   out.reals("CCF_V_H", fast, [](const Wave& wave) { return wave.per_turn; });
   out.reals("CCF_V_COS", fast, [](const Wave& wave) { return wave.cosine_rad * kDegPerRad; });
   out.reals("CCF_V_SIN", fast, [](const Wave& wave) { return wave.sine_rad * kDegPerRad; });

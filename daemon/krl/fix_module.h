@@ -23,10 +23,10 @@ struct FixModuleOptions {
 
 /// A tool that the module corrects with.
 struct FixTool {
-  calib::FrameMmDeg stated;  ///< $TOOL, within kSameToolMm and kSameToolDeg
+  calib::FrameMmDeg stated;      ///< $TOOL, within kSameToolMm and kSameToolDeg
   std::optional<LoadData> load;  ///< LOAD_DATA; none: any, borne as the cell file's tool
   bool by_load = false;          ///< another one has this $TOOL: $LOAD distinguishes them
-  bool cells = false;        ///< the cell file's, with its bending; otherwise stiff and as stated
+  bool cells = false;  ///< the cell file's, with its bending; otherwise stiff and as stated
   Eigen::Isometry3d tip = Eigen::Isometry3d::Identity();  ///< identified, in the flange
   double bend_m_per_accel = 0.0, turn_rad_per_accel = 0.0;
   double mass_kg = 0.0;  ///< of everything on the flange

@@ -89,7 +89,8 @@ class Reader {
 
   /// The reason for a point that may come from where the arm is.
   Why of_place(Why why, int line, const std::string& what) const {
-    const bool computed = why == Why::kComputed || why == Why::kGeometricOperator || why == Why::kArray;
+    const bool computed =
+        why == Why::kComputed || why == Why::kGeometricOperator || why == Why::kArray;
     const std::string name = variable_of(what);
     return computed && (name == "FORWARD" || positions_.reaches(module_, line, name))
                ? Why::kOwnPosition

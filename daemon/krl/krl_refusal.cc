@@ -26,11 +26,11 @@ calib::Phrase why_phrase(const Refusal& r, const calib::Robot& robot) {
   const bool frame = r.why == Why::kToolNotKnown || r.why == Why::kBaseNotKnown;
   const bool by_bas = r.lost.what.starts_with("BAS(") && r.lost.other == 0;
   static const std::set<std::string> frames = {"$BASE", "$TOOL", "BASE_DATA", "TOOL_DATA"};
-  const char* const form = r.lost.any_time                                           ? ".any_time"
-                           : frame && by_bas                                         ? ".bas"
-                           : r.why == Why::kUnknownPoint && r.what.starts_with('$')  ? ".system"
-                           : r.why == Why::kOwnPosition && frames.contains(r.what)   ? ".frame"
-                                                                                     : "";
+  const char* const form = r.lost.any_time                                          ? ".any_time"
+                           : frame && by_bas                                        ? ".bas"
+                           : r.why == Why::kUnknownPoint && r.what.starts_with('$') ? ".system"
+                           : r.why == Why::kOwnPosition && frames.contains(r.what)  ? ".frame"
+                                                                                    : "";
   return {std::string("say.krl.why.") + name_of(r.why) + form,
           {{"n", r.number},
            {"reached", r.reached ? calib::phrase(*r.reached, robot) : calib::Phrase()},

@@ -15,13 +15,13 @@ namespace cellcal::daemon::krl {
 struct Program;
 
 enum class Why {
-  kComputed,         ///< the program also reads or changes the point
-  kArray,            ///< an element of an array
+  kComputed,           ///< the program also reads or changes the point
+  kArray,              ///< an element of an array
   kGeometricOperator,  ///< ':' after the point
-  kRelativeMotion,   ///< LIN_REL and the like
-  kPartial,          ///< missing components, or one of S and T alone
-  kNotANumber,       ///< a component that is unknown, not finite or out of range
-  kUnknownPoint,     ///< in none of the files
+  kRelativeMotion,     ///< LIN_REL and the like
+  kPartial,            ///< missing components, or one of S and T alone
+  kNotANumber,         ///< a component that is unknown, not finite or out of range
+  kUnknownPoint,       ///< in none of the files
   kDeclaredTwice,
   kGlobal,           ///< declared GLOBAL: other modules use it
   kImported,         ///< imported under another name

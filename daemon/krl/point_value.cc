@@ -20,7 +20,8 @@ const std::set<std::string>& needed(PointKind kind) {
 }
 
 std::optional<Why> wrong_number(const std::string& name, double value, PointKind kind,
-                                const calib::ExternalAxes& external, const std::set<int>& understood) {
+                                const calib::ExternalAxes& external,
+                                const std::set<int>& understood) {
   const int axis = calib::external_axis(name);
   const bool ours = understood.count(axis) > 0;
   if (axis > 0 && !ours && external.leave_the_arm(axis))
@@ -33,6 +34,30 @@ std::optional<Why> wrong_number(const std::string& name, double value, PointKind
   const bool bits = kind == PointKind::kCartesian && (name == "S" || name == "T") && value >= 0.0 &&
                     value == std::floor(value);
   return bits ? std::nullopt : std::optional(Why::kNotANumber);
+}
+
+using calib::kRadPerDeg;
+using calib::kRadPerTurn;
+
+constexpr double kZeroRad = 0.01 * kRadPerDeg;
+constexpr std::size_t kArmAxes = 6;
+
+/// `before`: joints before A1.
+calib::Posture reference(const calib::Configurations& ways, std::size_t before) {
+  calib::JointVector q(before, 0.0);
+  for (const double deg : {0.0, -90.0, 90.0, 0.0, 90.0, 0.0}) q.push_back(deg * kRadPerDeg);
+  return ways.posture_of(q);
+}
+
+/// The whole turn on that side of 0 within the limits.
+std::optional<double> on_side(double angle, bool below, const calib::Joint& joint) {
+  std::optional<double> by_rounding;
+  for (const double one : {angle, angle - kRadPerTurn, angle + kRadPerTurn}) {
+    if (one < joint.min_rad || one > joint.max_rad) continue;
+    if ((one < 0.0) == below) return one;
+    if (std::abs(one) < kZeroRad) by_rounding = one;
+  }
+  return by_rounding;
 }
 
 }  // namespace
@@ -61,34 +86,6 @@ bool taught_accurately(const Point& point) {
   const auto s = point.value.numbers.find("S");
   return s != point.value.numbers.end() && (static_cast<int>(s->second.value) & kAccurateBit) != 0;
 }
-
-namespace {
-
-using calib::kRadPerDeg;
-using calib::kRadPerTurn;
-
-constexpr double kZeroRad = 0.01 * kRadPerDeg;
-constexpr std::size_t kArmAxes = 6;
-
-/// `before`: joints before A1.
-calib::Posture reference(const calib::Configurations& ways, std::size_t before) {
-  calib::JointVector q(before, 0.0);
-  for (const double deg : {0.0, -90.0, 90.0, 0.0, 90.0, 0.0}) q.push_back(deg * kRadPerDeg);
-  return ways.posture_of(q);
-}
-
-/// The whole turn on that side of 0 within the limits.
-std::optional<double> on_side(double angle, bool below, const calib::Joint& joint) {
-  std::optional<double> by_rounding;
-  for (const double one : {angle, angle - kRadPerTurn, angle + kRadPerTurn}) {
-    if (one < joint.min_rad || one > joint.max_rad) continue;
-    if ((one < 0.0) == below) return one;
-    if (std::abs(one) < kZeroRad) by_rounding = one;
-  }
-  return by_rounding;
-}
-
-}  // namespace
 
 StatusTurn status_turn_of(const calib::Configurations& ways, const calib::JointVector& q) {
   const std::size_t first = q.size() - kArmAxes;

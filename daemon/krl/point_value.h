@@ -31,7 +31,6 @@ std::optional<calib::JointVector> joints_of(const calib::Configurations& ways,
                                             const calib::Robot& robot, const Eigen::Isometry3d& tcp,
                                             StatusTurn wanted, double unit_m = 0.0);
 
-
 /// Bits of S and T for the arm's six axes.
 inline constexpr int kStatusBits = 7, kTurnBits = 63;
 /// Bit of S: the point was taught with the absolutely accurate model.

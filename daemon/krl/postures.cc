@@ -191,7 +191,8 @@ std::optional<Why> Postures::wrong(std::size_t index, const JointsOfMotions& joi
   if (!follows || &joints != &joints_) return std::nullopt;
   const Isometry3d tcp = *base_of(motion) * calib::to_isometry(*frame_of(point.value));
   for (const JointVector& one : from)
-    if (const auto there = view.joints(tcp, carriers_.at_the_unit(one, point)); !there || !same_joints(*there, q))
+    if (const auto there = view.joints(tcp, carriers_.at_the_unit(one, point));
+        !there || !same_joints(*there, q))
       return unknown;
   return std::nullopt;
 }

@@ -177,8 +177,8 @@ class Rewriter {
     const Tokens& t = lines[at].tokens;
     if (!t[0].is("$LOAD")) return {};
     int load = 0;
-    const bool numbered = t.size() > 2 && sign_at(t, 1, '=') && t[2].is("LOAD_DATA") &&
-                          read_index(t, 3, load) > 0;
+    const bool numbered =
+        t.size() > 2 && sign_at(t, 1, '=') && t[2].is("LOAD_DATA") && read_index(t, 3, load) > 0;
     const std::size_t first = at < kNear ? 0 : at - kNear;
     const std::size_t behind = std::min(lines.size(), at + kNear + 1);
     for (std::size_t i = first; numbered && i < behind; ++i) {
@@ -226,11 +226,12 @@ class Rewriter {
       if (place != nullptr && sign_at(t, at + 1, '=') && at + 2 < end)
         *place = src_.text.substr(t[at + 2].begin, t[end - 1].end - t[at + 2].begin);
       if (place == &with.base) with.carrier = kNotCarried;
-      if (place == &with.base && !external_.empty() && t[at + 2].is("SBASE") && sign_at(t, at + 3, '(') &&
-          closed(t, at + 3) > 0) {
+      if (place == &with.base && !external_.empty() && t[at + 2].is("SBASE") &&
+          sign_at(t, at + 3, '(') && closed(t, at + 3) > 0) {
         place->erase(0, std::string_view("SBASE").size());
         const std::size_t closing = closed(t, at + 3);  // after it an offset of that base
-        with.carrier = kCarrier + src_.text.substr(t[at + 3].begin, t[closing - 1].end - t[at + 3].begin);
+        with.carrier =
+            kCarrier + src_.text.substr(t[at + 3].begin, t[closing - 1].end - t[at + 3].begin);
         place->insert(0, kBase);
       }
       at = end;

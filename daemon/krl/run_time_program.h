@@ -14,7 +14,7 @@ struct RewrittenModule {
   std::string src;
   int motions = 0;    ///< lines with a motion of the arm
   int corrected = 0;  ///< those whose points are corrected at run time; the others stay, as homes
-  std::vector<Refusal> refusals;  ///< if any: the module is unchanged
+  std::vector<Refusal> refusals;                 ///< if any: the module is unchanged
   std::map<std::string, std::string> left = {};  ///< points that stay as they are, with the reason
   bool kukas = false;                            ///< the controller's own program: stays as it is
   /// The first $LOAD that is not the tool's own, with its line: CELLCAL_FIX corrects with the tool's

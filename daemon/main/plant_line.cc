@@ -38,6 +38,42 @@ plant::HealthFact health_of(const Status& status) {
   return fact;
 }
 
+using plant::sparkplug::CellNow;
+
+constexpr std::chrono::seconds kReadAgain{30};
+
+std::int64_t whole(std::uint64_t count) { return static_cast<std::int64_t>(count); }
+
+void put_status(const Status& status, CellNow& now) {
+  now.software = calib::software_version();
+  now.phase = to_string(status.phase);
+  now.running = kActivePhases.has(status.phase) || status.phase == Phase::kStopping;
+  if (status.session != 0) {
+    auto& session = now.session.emplace(CellNow::Session{status.session,
+                                                         status.kind,
+                                                         static_cast<std::int64_t>(status.done),
+                                                         static_cast<std::int64_t>(status.total),
+                                                         {}});
+    if (status.failure) session.failure = to_string(status.failure->kind);
+  }
+  if (!status.links) return;
+  const drivers::RobotState& robot = status.links->robot;
+  now.link = CellNow::Link{status.links->open, whole(robot.late), whole(robot.quality.gaps),
+                           whole(status.links->contact.quality.crc_errors)};
+}
+
+CellNow::InUse in_use_of(const Version& version) {
+  return {version.session, calib::seconds_of(version.ended), version.workspace, version.predicted_m,
+          version.in_scope ? std::optional(version.in_scope->mean_u95_m) : std::nullopt};
+}
+
+CellNow::Check check_of(const calib::CheckMeasurement& seen) {
+  const bool decided = seen.verdict != calib::CheckVerdict::kUndecided;
+  return {seen.session, seen.time_s,
+          decided ? std::optional(seen.verdict == calib::CheckVerdict::kHolds) : std::nullopt,
+          decided ? seen.tcp_shift_m : std::nullopt};
+}
+
 }  // namespace
 
 PlantLine::PlantLine(SessionService& service, Journal& journal, LiveConfig& live)
@@ -132,46 +168,6 @@ void PlantLine::open(const std::filesystem::path& socket) try {
 }
 
 void PlantLine::stop() { listener_.reset(); }
-
-namespace {
-
-using plant::sparkplug::CellNow;
-
-constexpr std::chrono::seconds kReadAgain{30};
-
-std::int64_t whole(std::uint64_t count) { return static_cast<std::int64_t>(count); }
-
-void put_status(const Status& status, CellNow& now) {
-  now.software = calib::software_version();
-  now.phase = to_string(status.phase);
-  now.running = kActivePhases.has(status.phase) || status.phase == Phase::kStopping;
-  if (status.session != 0) {
-    auto& session = now.session.emplace(CellNow::Session{status.session,
-                                                         status.kind,
-                                                         static_cast<std::int64_t>(status.done),
-                                                         static_cast<std::int64_t>(status.total),
-                                                         {}});
-    if (status.failure) session.failure = to_string(status.failure->kind);
-  }
-  if (!status.links) return;
-  const drivers::RobotState& robot = status.links->robot;
-  now.link = CellNow::Link{status.links->open, whole(robot.late), whole(robot.quality.gaps),
-                           whole(status.links->contact.quality.crc_errors)};
-}
-
-CellNow::InUse in_use_of(const Version& version) {
-  return {version.session, calib::seconds_of(version.ended), version.workspace, version.predicted_m,
-          version.in_scope ? std::optional(version.in_scope->mean_u95_m) : std::nullopt};
-}
-
-CellNow::Check check_of(const calib::CheckMeasurement& seen) {
-  const bool decided = seen.verdict != calib::CheckVerdict::kUndecided;
-  return {seen.session, seen.time_s,
-          decided ? std::optional(seen.verdict == calib::CheckVerdict::kHolds) : std::nullopt,
-          decided ? seen.tcp_shift_m : std::nullopt};
-}
-
-}  // namespace
 
 CellSnapshotReader::CellSnapshotReader(SessionService& service, Journal& journal)
     : service_(service), journal_(journal), drift_(journal) {}

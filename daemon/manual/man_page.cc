@@ -96,6 +96,142 @@ std::string without_full_stop(std::string words) {
   return words;
 }
 
+/// Text between the first `open` and the following `close`; may be empty.
+std::string between(const std::string& text, char open, char close) {
+  const std::size_t from = text.find(open);
+  const std::size_t to = text.find(close, from);
+  if (from == std::string::npos || to == std::string::npos) return {};
+  return text.substr(from + 1, to - from - 1);
+}
+
+std::vector<std::string> split(const std::string& text, char at) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, at);) parts.push_back(part);
+  return parts;
+}
+
+/// CLI11 formats a value's type and validators as "TEXT:{rsi,eki}" and "INT:INT in [4 - 2000]".
+OptionHelp option_help(const CLI::Option& option) {
+  OptionHelp help;
+  for (const std::string& name : option.get_snames()) help.flags.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) help.flags.push_back("--" + name);
+  if (help.flags.empty()) help.place = option.get_name(true);
+  const std::string type = option.get_type_name();
+  if (option.get_type_size() != 0) help.value = type.substr(0, type.find(':'));
+  help.choices = split(between(type, '{', '}'), ',');
+  help.range = between(type, '[', ']');
+  help.usual = option.get_default_str();
+  help.words = option.get_description();
+  help.required = option.get_required();
+  return help;
+}
+
+/// Footer: remarks, wrapped for a terminal, then "Example: " with one command line per line.
+void parse_footer(const std::string& footer, CommandHelp& help) {
+  const std::string mark = "Example: ";
+  bool in_examples = false;
+  for (std::string line : split(footer, '\n')) {
+    if (line.starts_with(mark)) {
+      in_examples = true;
+      line.erase(0, mark.size());
+    }
+    const std::size_t begin = line.find_first_not_of(' ');
+    if (begin == std::string::npos) continue;
+    line.erase(0, begin);
+    const bool command = line.starts_with("cellcal");
+    if (in_examples && command)
+      help.examples.push_back(line);
+    else
+      help.remarks += (help.remarks.empty() ? "" : " ") + line;
+  }
+}
+
+std::string flags_of(const CommandHelp& command) {
+  std::string text;
+  for (const OptionHelp& option : command.options)
+    for (const std::string& flag : option.flags) text += (text.empty() ? "" : " ") + flag;
+  return text;
+}
+
+/// One line per option with a value: its choices, or none, in which case the shell completes files.
+std::string values_of(const CommandHelp& command, const std::string& name) {
+  std::string text;
+  for (const OptionHelp& option : command.options) {
+    if (option.value.empty()) continue;
+    for (const std::string& flag : option.flags)
+      text +=
+          fmt::format("    {}:{}) words=\"{}\" ;;\n", name, flag, fmt::join(option.choices, " "));
+  }
+  return text;
+}
+
+std::string quoted(const std::string& words) {
+  std::string text = "'";
+  for (const char c : words) {
+    if (c == '\'' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + "'";
+}
+
+std::string flag_words(const OptionHelp& option) {
+  std::string text;
+  for (const std::string& flag : option.flags)
+    text += flag.starts_with("--") ? " -l " + flag.substr(2) : " -s " + flag.substr(1);
+  return text;
+}
+
+std::string value_words(const OptionHelp& option) {
+  if (option.value.empty()) return {};
+  if (option.choices.empty()) return " -r -F";
+  return fmt::format(" -x -a '{}'", fmt::join(option.choices, " "));
+}
+
+std::string options_of(const std::string& program, const CommandHelp& command,
+                       const std::string& when) {
+  std::string text;
+  for (const OptionHelp& option : command.options) {
+    if (option.flags.empty()) continue;
+    text += fmt::format("complete -c {}{}{}{} -d {}\n", program, when, flag_words(option),
+                        value_words(option), quoted(option.words));
+  }
+  return text;
+}
+
+/// Quoted for single quotes and for the brackets of _arguments.
+std::string quoted(const std::string& words, const std::string& special) {
+  std::string text;
+  for (const char c : words) {
+    if (c == '\'')
+      text += "'\\''";
+    else if (special.find(c) != std::string::npos)
+      text += std::string("\\") + c;
+    else
+      text += c;
+  }
+  return text;
+}
+
+std::string value_of(const OptionHelp& option) {
+  if (option.value.empty()) return {};
+  if (option.choices.empty()) return fmt::format(":{}:_files", option.value);
+  return fmt::format(":{}:({})", option.value, fmt::join(option.choices, " "));
+}
+
+/// Specification of _arguments for each flag: '--cell=[Cell file]:TEXT:_files'.
+std::string arguments_of(const CommandHelp& command, const std::string& indent) {
+  std::string text;
+  for (const OptionHelp& option : command.options) {
+    const std::string words = quoted(option.words, "\\[]");
+    if (option.flags.empty())
+      text += fmt::format(" \\\n{}'::{}:_files'", indent, quoted(option.place, ":\\"));
+    for (const std::string& flag : option.flags)
+      text += fmt::format(" \\\n{}'{}[{}]{}'", indent, flag, words, value_of(option));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string man_page(const ManPage& page) {
@@ -186,61 +322,6 @@ std::vector<ManSection> cellcal_plant_sections() {
             {"/usr/share/doc/cellcal/daemon/plant", "What it promises; settings of the broker."}}}};
 }
 
-namespace {
-
-/// Text between the first `open` and the following `close`; may be empty.
-std::string between(const std::string& text, char open, char close) {
-  const std::size_t from = text.find(open);
-  const std::size_t to = text.find(close, from);
-  if (from == std::string::npos || to == std::string::npos) return {};
-  return text.substr(from + 1, to - from - 1);
-}
-
-std::vector<std::string> split(const std::string& text, char at) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, at);) parts.push_back(part);
-  return parts;
-}
-
-/// CLI11 formats a value's type and validators as "TEXT:{rsi,eki}" and "INT:INT in [4 - 2000]".
-OptionHelp option_help(const CLI::Option& option) {
-  OptionHelp help;
-  for (const std::string& name : option.get_snames()) help.flags.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) help.flags.push_back("--" + name);
-  if (help.flags.empty()) help.place = option.get_name(true);
-  const std::string type = option.get_type_name();
-  if (option.get_type_size() != 0) help.value = type.substr(0, type.find(':'));
-  help.choices = split(between(type, '{', '}'), ',');
-  help.range = between(type, '[', ']');
-  help.usual = option.get_default_str();
-  help.words = option.get_description();
-  help.required = option.get_required();
-  return help;
-}
-
-/// Footer: remarks, wrapped for a terminal, then "Example: " with one command line per line.
-void parse_footer(const std::string& footer, CommandHelp& help) {
-  const std::string mark = "Example: ";
-  bool in_examples = false;
-  for (std::string line : split(footer, '\n')) {
-    if (line.starts_with(mark)) {
-      in_examples = true;
-      line.erase(0, mark.size());
-    }
-    const std::size_t begin = line.find_first_not_of(' ');
-    if (begin == std::string::npos) continue;
-    line.erase(0, begin);
-    const bool command = line.starts_with("cellcal");
-    if (in_examples && command)
-      help.examples.push_back(line);
-    else
-      help.remarks += (help.remarks.empty() ? "" : " ") + line;
-  }
-}
-
-}  // namespace
-
 CommandHelp command_tree(const CLI::App& app) {
   CommandHelp help{app.get_name(), app.get_description(), {}, {}, {}, {}};
   parse_footer(app.get_footer(), help);
@@ -249,29 +330,6 @@ CommandHelp command_tree(const CLI::App& app) {
     help.commands.push_back(command_tree(*command));
   return help;
 }
-
-namespace {
-
-std::string flags_of(const CommandHelp& command) {
-  std::string text;
-  for (const OptionHelp& option : command.options)
-    for (const std::string& flag : option.flags) text += (text.empty() ? "" : " ") + flag;
-  return text;
-}
-
-/// One line per option with a value: its choices, or none, in which case the shell completes files.
-std::string values_of(const CommandHelp& command, const std::string& name) {
-  std::string text;
-  for (const OptionHelp& option : command.options) {
-    if (option.value.empty()) continue;
-    for (const std::string& flag : option.flags)
-      text +=
-          fmt::format("    {}:{}) words=\"{}\" ;;\n", name, flag, fmt::join(option.choices, " "));
-  }
-  return text;
-}
-
-}  // namespace
 
 std::string bash_completion(const CommandHelp& program) {
   std::string values = values_of(program, ""), flags, names;
@@ -309,43 +367,6 @@ complete -o default -F _{0} {0}
                      program.name, names.empty() ? "" : names.substr(1), values, flags);
 }
 
-namespace {
-
-std::string quoted(const std::string& words) {
-  std::string text = "'";
-  for (const char c : words) {
-    if (c == '\'' || c == '\\') text += '\\';
-    text += c;
-  }
-  return text + "'";
-}
-
-std::string flag_words(const OptionHelp& option) {
-  std::string text;
-  for (const std::string& flag : option.flags)
-    text += flag.starts_with("--") ? " -l " + flag.substr(2) : " -s " + flag.substr(1);
-  return text;
-}
-
-std::string value_words(const OptionHelp& option) {
-  if (option.value.empty()) return {};
-  if (option.choices.empty()) return " -r -F";
-  return fmt::format(" -x -a '{}'", fmt::join(option.choices, " "));
-}
-
-std::string options_of(const std::string& program, const CommandHelp& command,
-                       const std::string& when) {
-  std::string text;
-  for (const OptionHelp& option : command.options) {
-    if (option.flags.empty()) continue;
-    text += fmt::format("complete -c {}{}{}{} -d {}\n", program, when, flag_words(option),
-                        value_words(option), quoted(option.words));
-  }
-  return text;
-}
-
-}  // namespace
-
 std::string fish_completion(const CommandHelp& program) {
   std::string text =
       fmt::format("# fish completion of {}, made from the source of its --help\n", program.name);
@@ -359,43 +380,6 @@ std::string fish_completion(const CommandHelp& program) {
   }
   return text;
 }
-
-namespace {
-
-/// Quoted for single quotes and for the brackets of _arguments.
-std::string quoted(const std::string& words, const std::string& special) {
-  std::string text;
-  for (const char c : words) {
-    if (c == '\'')
-      text += "'\\''";
-    else if (special.find(c) != std::string::npos)
-      text += std::string("\\") + c;
-    else
-      text += c;
-  }
-  return text;
-}
-
-std::string value_of(const OptionHelp& option) {
-  if (option.value.empty()) return {};
-  if (option.choices.empty()) return fmt::format(":{}:_files", option.value);
-  return fmt::format(":{}:({})", option.value, fmt::join(option.choices, " "));
-}
-
-/// Specification of _arguments for each flag: '--cell=[Cell file]:TEXT:_files'.
-std::string arguments_of(const CommandHelp& command, const std::string& indent) {
-  std::string text;
-  for (const OptionHelp& option : command.options) {
-    const std::string words = quoted(option.words, "\\[]");
-    if (option.flags.empty())
-      text += fmt::format(" \\\n{}'::{}:_files'", indent, quoted(option.place, ":\\"));
-    for (const std::string& flag : option.flags)
-      text += fmt::format(" \\\n{}'{}[{}]{}'", indent, flag, words, value_of(option));
-  }
-  return text;
-}
-
-}  // namespace
 
 std::string zsh_completion(const CommandHelp& program) {
   std::string text = fmt::format(

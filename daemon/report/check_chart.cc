@@ -69,14 +69,15 @@ void draw_date_axes(Svg& svg, const View& view, const Scale& across, const Scale
            view.say("say.report.checks.share"));
   for (const double tick : round_ticks(up.from, up.to, 4)) {
     svg.line({across.at_from, up(tick)}, {across.at_to, up(tick)}, tick == 0.0 ? "zero" : "grid");
-    svg.text({across.at_from - 6.0, up(tick) + 4.0}, Anchor::kEnd, "tick",
-             significant(tick, 6));
+    svg.text({across.at_from - 6.0, up(tick) + 4.0}, Anchor::kEnd, "tick", significant(tick, 6));
   }
   svg.line({across.at_from, up(1.0)}, {across.at_to, up(1.0)}, "limit");
   constexpr int kDates = 5;
   for (int i = 0; i < kDates; ++i) {
     const double x = std::lerp(across.at_from, across.at_to, i / (kDates - 1.0));
-    const Anchor anchor = i == 0 ? Anchor::kStart : i == kDates - 1 ? Anchor::kEnd : Anchor::kMiddle;
+    const Anchor anchor = i == 0            ? Anchor::kStart
+                          : i == kDates - 1 ? Anchor::kEnd
+                                            : Anchor::kMiddle;
     svg.text({x, kChecksHeight - 8.0}, anchor, "tick",
              calib::date_words(std::lerp(across.from, across.to, i / (kDates - 1.0))));
   }
@@ -91,11 +92,12 @@ void draw_events(Svg& svg, const Scale& across, const Scale& up,
   }
 }
 
-void draw_point(Svg& svg, const View& view, const Scale& across, const Scale& up, const DriftPoint& point) {
+void draw_point(Svg& svg, const View& view, const Scale& across, const Scale& up,
+                const DriftPoint& point) {
   const svg::Point at{across(point.check.time_s), up(share_of(point))};
   const std::string title =
-      fmt::format("{} {}, {}: {:.0f} %", view.say("say.report.checks.check"),
-                  point.check.session, calib::date_words(point.check.time_s), 100.0 * share_of(point));
+      fmt::format("{} {}, {}: {:.0f} %", view.say("say.report.checks.check"), point.check.session,
+                  calib::date_words(point.check.time_s), 100.0 * share_of(point));
   if (failed(point))
     svg.cross(at, 1.6 * kCheckDot, "outlier after", title);
   else
@@ -110,7 +112,7 @@ std::string picture(const View& view, const std::vector<DriftPoint>& points,
   const Scale up{0.0, most, kChecksHeight - kChecksBottom, kChecksTop};
   Svg svg(kChecksWidth, kChecksHeight, "chart checks",
           view.say({"say.report.checks.picture",
-                        {{"checks", points.size()}, {"events", events.size()}}}));
+                    {{"checks", points.size()}, {"events", events.size()}}}));
   draw_date_axes(svg, view, across, up);
   draw_events(svg, across, up, events);
   for (const DriftPoint& point : points) draw_point(svg, view, across, up, point);

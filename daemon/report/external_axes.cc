@@ -1,11 +1,12 @@
 // External axes as found: linear unit, and positioner with places on it.
 
+#include "calib/estimate/external_axes.h"
+
 #include <fmt/format.h>
 
 #include <string>
 #include <vector>
 
-#include "calib/estimate/external_axes.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
 #include "daemon/report/plan_picture.h"

@@ -45,13 +45,13 @@ std::string noise_words(const View& view) {
            freedom_sentence(result.degrees_of_freedom);
   if (!(result.touch_noise_m > 0.0) || !(result.chi2_per_dof > 0.0))
     return say("say.report.noise.none");
-  std::string words = say({result.level.ripple_rad > 0.0 ? "say.report.noise.ripple"
-                                                         : "say.report.noise",
-                           {{"found", positive_mm(result.touch_noise_m)},
-                            {"axes", say(view.any_point() ? "say.report.noise.along_each_axis"
-                                                          : "say.report.noise.from_the_fit")},
-                            {"stated", positive_mm(result.cell.touch_sigma_m)},
-                            {"chi2", fixed(result.chi2_per_dof, 2)}}});
+  std::string words =
+      say({result.level.ripple_rad > 0.0 ? "say.report.noise.ripple" : "say.report.noise",
+           {{"found", positive_mm(result.touch_noise_m)},
+            {"axes", say(view.any_point() ? "say.report.noise.along_each_axis"
+                                          : "say.report.noise.from_the_fit")},
+            {"stated", positive_mm(result.cell.touch_sigma_m)},
+            {"chi2", fixed(result.chi2_per_dof, 2)}}});
   if (is_known(result.repeats.degrees_of_freedom))
     words += say({"say.report.noise.repeats",
                   {{"scatter", positive_mm(result.repeats.scatter_m)},
@@ -75,11 +75,11 @@ std::string predicted_tile(const char* label, const char* where, double mean_m,
                            bool outside_scope) {
   if (!is_known(mean_m))
     return tile(say(label), positive_mm(0.0), say("say.report.tile.not_predicted"), "missing");
-  return tile(say(label), big_mm(mean_m),
-              say({outside_scope ? "say.report.tile.predicted.outside"
-                                 : "say.report.tile.predicted",
-                   {{"where", say(where)}}}),
-              outside_scope ? "predicted outside" : "predicted");
+  return tile(
+      say(label), big_mm(mean_m),
+      say({outside_scope ? "say.report.tile.predicted.outside" : "say.report.tile.predicted",
+           {{"where", say(where)}}}),
+      outside_scope ? "predicted outside" : "predicted");
 }
 
 std::string tiles(const View& view) {
@@ -127,9 +127,9 @@ std::string predicted_words(const View& view) {
       !is_known(view.result.predicted_workspace_m))
     return paragraph("", say("say.report.predicted.none"));
   const double ripple_rad = view.result.level.ripple_rad;
-  return paragraph("", say(std::isfinite(ripple_rad) && ripple_rad > 0.0
-                               ? "say.report.predicted.ripple"
-                               : "say.report.predicted"));
+  return paragraph("",
+                   say(std::isfinite(ripple_rad) && ripple_rad > 0.0 ? "say.report.predicted.ripple"
+                                                                     : "say.report.predicted"));
 }
 
 std::string truth_block(const View& view) {
@@ -165,24 +165,25 @@ std::string figures_table(const View& view) {
                                                      : "say.report.figures.note",
                                  {{"residual", residual_words(view)}}}));
   body += paragraph("note", noise_words(view));
-  if (result.check.count <= 0 && !result.update) body += paragraph("note", say("say.report.figures.no_check"));
+  if (result.check.count <= 0 && !result.update)
+    body += paragraph("note", say("say.report.figures.no_check"));
   return section("figures", "say.report.figures", body + "</div>\n</div>\n");
 }
 
 std::string meaning(const View& view) {
   const std::size_t lengths = view.touched_lengths();
   const calib::ScaleBy by = view.result.verdict.scale();
-  const std::string scale = by == calib::ScaleBy::kReadings ? say("say.report.meaning.scale.readings")
+  const std::string scale = by == calib::ScaleBy::kReadings
+                                ? say("say.report.meaning.scale.readings")
                             : by == calib::ScaleBy::kNothing || lengths == 0
                                 ? say("say.report.meaning.no_scale")
                                 : counted(lengths, "say.report.meaning.scale.");
-  return section(
-      "meaning", "say.report.meaning",
-      tiles(view) +
-          paragraph("", say({view.points_only() ? "say.report.meaning.points"
-                                                : "say.report.meaning.lines",
-                             {{"scale", scale}}})) +
-          predicted_words(view) + truth_block(view));
+  return section("meaning", "say.report.meaning",
+                 tiles(view) +
+                     paragraph("", say({view.points_only() ? "say.report.meaning.points"
+                                                           : "say.report.meaning.lines",
+                                        {{"scale", scale}}})) +
+                     predicted_words(view) + truth_block(view));
 }
 
 // Whitened residuals compared with the normal distribution, to verify the assumed scatter of a touch.
@@ -214,14 +215,13 @@ struct Shape {
   double (*density)(double);
   const char *curve, *expected, *expected_fitted;
 };
-constexpr Shape kAlongALine{
-    -4.0,
-    4.0,
-    0.0,
-    normal_density,
-    "say.report.distribution.normal",
-    "say.report.distribution.one",
-    "say.report.distribution.below_one"};
+constexpr Shape kAlongALine{-4.0,
+                            4.0,
+                            0.0,
+                            normal_density,
+                            "say.report.distribution.normal",
+                            "say.report.distribution.one",
+                            "say.report.distribution.below_one"};
 constexpr Shape kInSpace{0.0,
                          5.0,
                          std::numbers::sqrt2,

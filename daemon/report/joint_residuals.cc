@@ -70,8 +70,7 @@ std::vector<std::string> joint_plots(const View& view) {
   for (std::size_t j = 0; j < view.result.cell.robot.joints.size(); ++j) {
     const calib::Joint& joint = view.result.cell.robot.joints[j];
     const JointMarks of = marks_of(view, j, unit_of(joint));
-    if (!of.marks.empty())
-      plots.push_back(plot(view, of, joint.name, unit_of(joint), most, least));
+    if (!of.marks.empty()) plots.push_back(plot(view, of, joint.name, unit_of(joint), most, least));
   }
   return plots;
 }

@@ -56,8 +56,9 @@ std::pair<std::string, bool> owner_of(const View& view, const calib::ParameterKe
                   cell.robot.joints.at(static_cast<std::size_t>(key.joint)).name),
             true};
   if (key.target >= 0)
-    return {named("say.report.owner.target", cell.targets.at(static_cast<std::size_t>(key.target)).id),
-            false};
+    return {
+        named("say.report.owner.target", cell.targets.at(static_cast<std::size_t>(key.target)).id),
+        false};
   if (key.carrier >= 0)
     return {named("say.report.owner.joint",
                   cell.robot.positioner.at(static_cast<std::size_t>(key.carrier)).name),
@@ -264,7 +265,8 @@ std::string function_chart(const calib::JointFunction& f, std::string_view joint
     svg.text({across(angle), kBottom + 16.0}, svg::Anchor::kMiddle, "tick",
              fmt::format("{:g}", angle));
   svg.path(line, "curve");
-  svg.text({0.0, 14.0}, svg::Anchor::kStart, "panel", say({"say.report.function.axes", {{"joint", std::string(joint)}}}));
+  svg.text({0.0, 14.0}, svg::Anchor::kStart, "panel",
+           say({"say.report.function.axes", {{"joint", std::string(joint)}}}));
   return std::move(svg).finish();
 }
 
@@ -290,8 +292,8 @@ std::string parameters_table(const View& view) {
                    paragraph("", say("say.report.parameters.none")));
   }
   const Ranges ranges = bar_ranges(groups);
-  std::string body = paragraph("note", say("say.report.parameters.note") + joint_range_words(ranges) +
-                                           unstated_words(view));
+  std::string body = paragraph(
+      "note", say("say.report.parameters.note") + joint_range_words(ranges) + unstated_words(view));
   if (!groups.empty()) body += table_of(view, groups, ranges);
   body += positioner_table(view) + linear_unit_table(view);
   return section("parameters", "say.report.parameters",

@@ -38,10 +38,10 @@ std::string summary_of(const View& view, const calib::Plan& plan) {
                   {"minutes", fixed(view.input.planned_s / 60.0, 1)}}})
           : say({"say.report.plan.summary", {{"touches", touches}, {"check", check}}});
   if (is_known(plan.predicted_mean_m))
-    words += say({is_known(plan.predicted_u95_m) ? "say.report.plan.predicted.bound"
-                                                 : "say.report.plan.predicted",
-                  {{"mean", mm_words(plan.predicted_mean_m)},
-                   {"bound", mm_words(plan.predicted_u95_m)}}});
+    words += say(
+        {is_known(plan.predicted_u95_m) ? "say.report.plan.predicted.bound"
+                                        : "say.report.plan.predicted",
+         {{"mean", mm_words(plan.predicted_mean_m)}, {"bound", mm_words(plan.predicted_u95_m)}}});
   return paragraph("", words);
 }
 
@@ -280,8 +280,7 @@ class CellPanel : public PicturePanel {
     svg_.line(origin, {origin.x + kArrow, origin.y}, "axis");
     svg_.line(origin, {origin.x, origin.y - kArrow}, "axis");
     svg_.rectangle({origin.x - 5.0, origin.y - 5.0}, 10.0, 10.0, "base");
-    svg_.text({origin.x + kArrow + 4.0, origin.y + 4.0}, Anchor::kStart, "label",
-              "x");
+    svg_.text({origin.x + kArrow + 4.0, origin.y + 4.0}, Anchor::kStart, "label", "x");
     svg_.text({origin.x, origin.y - kArrow - 4.0}, Anchor::kMiddle, "label",
               std::string(1, "xyz"[upward_]));
     svg_.text({origin.x, origin.y + 20.0}, Anchor::kMiddle, "label", say("say.report.view.base"));
@@ -297,13 +296,14 @@ std::string cell_picture(const View& view) {
   if (scene.balls.empty()) return {};
   scene.axles = axles_of(view);
   const auto& lengths = view.result.cell.lengths;
-  std::string body = fmt::format(
-      "<div class=\"pair\">{}{}</div>\n",
-      CellPanel(scene, lengths, 1, say("say.report.view.above")).finish(),
-      CellPanel(scene, lengths, 2, say("say.report.view.side")).finish());
-  body += paragraph("note", say("say.report.cell.note") +
-                                (lengths.empty() ? std::string() : say("say.report.cell.dashed")) +
-                                (scene.axles.empty() ? std::string() : say("say.report.cell.axes")));
+  std::string body =
+      fmt::format("<div class=\"pair\">{}{}</div>\n",
+                  CellPanel(scene, lengths, 1, say("say.report.view.above")).finish(),
+                  CellPanel(scene, lengths, 2, say("say.report.view.side")).finish());
+  body +=
+      paragraph("note", say("say.report.cell.note") +
+                            (lengths.empty() ? std::string() : say("say.report.cell.dashed")) +
+                            (scene.axles.empty() ? std::string() : say("say.report.cell.axes")));
   const auto trackers = static_cast<std::size_t>(
       std::count_if(view.result.targets.begin(), view.result.targets.end(),
                     [&](const calib::TargetResult& target) { return is_tracker(view, target); }));

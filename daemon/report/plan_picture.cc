@@ -231,6 +231,33 @@ class PlanPanel : public PicturePanel {
   std::vector<std::pair<Point, std::string>> names_;
 };
 
+using svg::Point;
+
+constexpr double kLetterWidth = 8.0;  // px
+constexpr double kLetterHeight = 13.0;
+constexpr double kBaseLine = 10.5;  // below the top of a letter
+constexpr double kGap = 5.0;
+
+// A narrower relative range has no ticks distinguishable in double precision.
+constexpr double kLeastRelativeRange = 1e-9;
+constexpr int kMostDecimals = 9;
+
+constexpr std::string_view kMinus = "\xE2\x88\x92";  // U+2212
+constexpr double kTooLargeForFixed = 1e9;
+
+std::string with_real_minus(std::string_view text) {
+  std::string out;
+  out.reserve(text.size() + kMinus.size());
+  for (const char c : text) {
+    if (c == '-') {
+      out += kMinus;
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 PicturePanel::PicturePanel(double height, const char* css_class, int across, int upward,
@@ -326,17 +353,6 @@ svg .begin.check { fill: var(--paper); stroke: var(--alarm); stroke-width: 1.1; 
 )css";
 }
 
-namespace {
-
-using svg::Point;
-
-constexpr double kLetterWidth = 8.0;  // px
-constexpr double kLetterHeight = 13.0;
-constexpr double kBaseLine = 10.5;  // below the top of a letter
-constexpr double kGap = 5.0;
-
-}  // namespace
-
 void Labels::keep_free(Point corner, double width, double height) {
   taken_.push_back({corner.x, corner.y, corner.x + width, corner.y + height});
 }
@@ -360,14 +376,6 @@ Point Labels::beside(Point centre, double radius, std::size_t letters) {
   keep_free(chosen, width, kLetterHeight);
   return {chosen.x, chosen.y + kBaseLine};
 }
-
-namespace {
-
-// A narrower relative range has no ticks distinguishable in double precision.
-constexpr double kLeastRelativeRange = 1e-9;
-constexpr int kMostDecimals = 9;
-
-}  // namespace
 
 double Scale::operator()(double value) const {
   return at_from + (value - from) / (to - from) * (at_to - at_from);
@@ -431,26 +439,6 @@ double round_up(double value, double fallback) {
   }
   return 10.0 * decade;
 }
-
-namespace {
-
-constexpr std::string_view kMinus = "\xE2\x88\x92";  // U+2212
-constexpr double kTooLargeForFixed = 1e9;
-
-std::string with_real_minus(std::string_view text) {
-  std::string out;
-  out.reserve(text.size() + kMinus.size());
-  for (const char c : text) {
-    if (c == '-') {
-      out += kMinus;
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
-
-}  // namespace
 
 std::string ascii_fixed(double value, int decimals) {
   if (!std::isfinite(value)) return kDash;

@@ -31,10 +31,10 @@ struct ReportInput {
   std::string started;   ///< ISO 8601
   std::string finished;  ///< ISO 8601
   std::string cell_name;
-  std::string software;             ///< e.g. calib::software_version()
-  std::vector<calib::Phrase> notes;  ///< remarks on the conditions
-  std::optional<calib::Plan> plan;  ///< where the touches were planned
-  double planned_s = 0.0;           ///< predicted robot time [s]; 0: unknown
+  std::string software;                      ///< e.g. calib::software_version()
+  std::vector<calib::Phrase> notes;          ///< remarks on the conditions
+  std::optional<calib::Plan> plan;           ///< where the touches were planned
+  double planned_s = 0.0;                    ///< predicted robot time [s]; 0: unknown
   std::optional<calib::ErrorMap> error_map;  ///< of the calibration
   /// Checks of the cell's calibrations before this one, and its changes up to this one; none: not known.
   std::optional<calib::DriftChart> checks;
@@ -142,7 +142,7 @@ std::string meaning(const View& view);
 std::string residual_chart(const View& view);
 std::string joint_residuals(const View& view);  ///< empty without any to draw
 std::string residual_histogram(const View& view);
-std::string error_map(const View& view);  ///< empty without a map
+std::string error_map(const View& view);    ///< empty without a map
 std::string check_chart(const View& view);  ///< empty without checks and changes
 std::string cell_picture(const View& view);
 std::string plan(const View& view);

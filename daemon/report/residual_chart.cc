@@ -83,8 +83,9 @@ void draw_touch_axis(Svg& svg, const View& view, const Scale& across, double y) 
 
 void draw_before(Svg& svg, const View& view, const Panel& panel, double size) {
   const std::vector<Mark>& marks = view.marks;
-  draw_frame(svg, panel, view.say(view.result.update ? "say.report.residuals.before.update"
-                                                    : "say.report.residuals.before"));
+  draw_frame(svg, panel,
+             view.say(view.result.update ? "say.report.residuals.before.update"
+                                         : "say.report.residuals.before"));
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const double x = panel.across(static_cast<double>(i + 1));
     svg.line({x, panel.up(0.0)}, {x, panel.up.clamped(marks[i].before_mm)}, "stem");
@@ -131,10 +132,9 @@ void draw_after(Svg& svg, const View& view, const Panel& panel, double size, dou
     svg.text(
         {at.x + (to_the_right ? kFlagGap : -kFlagGap), at.y + (mark.after_mm > 0.0 ? 10.0 : -3.0)},
         to_the_right ? Anchor::kStart : Anchor::kEnd, "flag",
-        fmt::format("{}: {}{}", mark.number, signed_fixed(mark.after_mm, 2),
-                    panel.up.holds(mark.after_mm)
-                        ? ""
-                        : " " + view.say("say.report.residuals.off_scale")));
+        fmt::format(
+            "{}: {}{}", mark.number, signed_fixed(mark.after_mm, 2),
+            panel.up.holds(mark.after_mm) ? "" : " " + view.say("say.report.residuals.off_scale")));
   }
 }
 
@@ -167,8 +167,9 @@ bool any_off_scale(const View& view, double range_mm) {
 std::string note(const View& view, double band_mm, double range_mm) {
   std::string band;
   if (band_mm > 0.0)
-    band = say({band_mm >= range_mm ? "say.report.residuals.band.whole" : "say.report.residuals.band",
-                {{"mm", (view.points_only() ? "" : "&plusmn;") + fixed(band_mm, kMmDecimals)}}});
+    band =
+        say({band_mm >= range_mm ? "say.report.residuals.band.whole" : "say.report.residuals.band",
+             {{"mm", (view.points_only() ? "" : "&plusmn;") + fixed(band_mm, kMmDecimals)}}});
   return paragraph("note", sign_words(view) + band +
                                (any_off_scale(view, range_mm) ? say("say.report.residuals.beyond")
                                                               : std::string()) +

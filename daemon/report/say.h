@@ -51,7 +51,8 @@ std::string pair_row(const std::string& name, const std::string& html);
 
 /// `head`: an id of the catalogue, or HTML. `css_class`: of its cells; "word": to the left, otherwise numbers.
 struct Column {
-  Column(const char* head, std::string css_class = {}) : html(say(head)), css(std::move(css_class)) {}
+  Column(const char* head, std::string css_class = {})
+      : html(say(head)), css(std::move(css_class)) {}
 
   std::string html, css;
 };

@@ -137,7 +137,8 @@ std::string lengths_table(const View& view) {
 }
 
 std::string span_head(int columns, const char* id) {
-  return fmt::format("<th class=\"span\" colspan=\"{}\" scope=\"colgroup\">{}</th>", columns, say(id));
+  return fmt::format("<th class=\"span\" colspan=\"{}\" scope=\"colgroup\">{}</th>", columns,
+                     say(id));
 }
 
 }  // namespace

@@ -29,9 +29,7 @@ std::string triple(const std::string& x, const std::string& y, const std::string
   return say({"say.report.triple", {{"x", x}, {"y", y}, {"z", z}}});
 }
 
-std::string vector_mm(const Eigen::Vector3d& v) {
-  return triple(mm(v.x()), mm(v.y()), mm(v.z()));
-}
+std::string vector_mm(const Eigen::Vector3d& v) { return triple(mm(v.x()), mm(v.y()), mm(v.z())); }
 
 std::string session_rows(const View& view) {
   const ReportInput& input = view.input;
@@ -119,8 +117,9 @@ std::string notes_list(const View& view) {
   std::string items;
   for (const calib::Phrase& note : view.input.notes)
     items += fmt::format("<li>{}</li>\n", escape(say(note)));
-  return items.empty() ? items
-                       : fmt::format("<h3>{}</h3>\n<ul>\n{}</ul>\n", say("say.report.notes"), items);
+  return items.empty()
+             ? items
+             : fmt::format("<h3>{}</h3>\n<ul>\n{}</ul>\n", say("say.report.notes"), items);
 }
 
 /// Values that few sessions have; they get a column where present.
@@ -134,7 +133,8 @@ constexpr Extra kExtras[] = {
      [](const calib::Touch& t) { return escape(t.tool); }},
     {"say.report.raw.col.load", [](const calib::Touch& t) { return !t.load.empty(); },
      [](const calib::Touch& t) { return escape(t.load); }},
-    {"say.report.raw.col.temperature", [](const calib::Touch& t) { return t.temperature_c.has_value(); },
+    {"say.report.raw.col.temperature",
+     [](const calib::Touch& t) { return t.temperature_c.has_value(); },
      [](const calib::Touch& t) { return ascii_fixed(*t.temperature_c, 1); }}};
 
 /// Columns present in any touch.

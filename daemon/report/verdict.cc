@@ -26,8 +26,7 @@ struct Reasons {
 bool is_scope(calib::FindingKind kind) {
   return kind == calib::FindingKind::kScaleByLengths ||
          kind == calib::FindingKind::kScaleByReadings ||
-         kind == calib::FindingKind::kScaleByNothing ||
-         kind == calib::FindingKind::kScopeOfTouches;
+         kind == calib::FindingKind::kScaleByNothing || kind == calib::FindingKind::kScopeOfTouches;
 }
 
 Reasons sorted_reasons(const calib::Verdict& verdict) {
@@ -51,7 +50,6 @@ bool is_as_it_should_be(const View& view) {
   return view.result.verdict.too_few() || nothing_changed(view);
 }
 
-
 std::string scope_words(const View& view, const Reasons& reasons) {
   if (nothing_changed(view)) return say("say.report.verdict.unchanged.scope");
   const calib::Verdict& verdict = view.result.verdict;
@@ -62,9 +60,9 @@ std::string scope_words(const View& view, const Reasons& reasons) {
     why = say(verdict.workspace             ? "say.report.verdict.workspace.by_length"
               : view.touched_lengths() == 0 ? "say.report.verdict.near.by_sizes"
                                             : "say.report.verdict.near.elsewhere");
-  return say({verdict.workspace ? "say.report.verdict.workspace.scope"
-                                : "say.report.verdict.near.scope",
-              {{"why", why}}});
+  return say(
+      {verdict.workspace ? "say.report.verdict.workspace.scope" : "say.report.verdict.near.scope",
+       {{"why", why}}});
 }
 
 const char* headline(const View& view) {
@@ -136,9 +134,11 @@ std::string verdict_banner(const View& view) {
   if (!verdict.publish() && reasons.against.empty()) {
     words = paragraph("because", say("say.report.no_reason"));
   }
-  words += list(verdict.publish() ? "say.report.before_use" : "say.report.other_findings", reasons.other);
+  words += list(verdict.publish() ? "say.report.before_use" : "say.report.other_findings",
+                reasons.other);
   if (!verdict.publish() && !reasons.scope.empty()) {
-    words += paragraph("besides", say({"say.report.scale", {{"words", escape(say(reasons.scope))}}}));
+    words +=
+        paragraph("besides", say({"say.report.scale", {{"words", escape(say(reasons.scope))}}}));
   }
   return fmt::format(
       "<div id=\"verdict\" class=\"verdict {}\">\n<span class=\"glyph\" aria-hidden=\"true\">{}"
@@ -269,7 +269,8 @@ std::string correlations(const View& view) {
   if (strong.pairs.empty())
     return section(
         "correlations", kHeading,
-        paragraph("", frame + say({"say.report.correlations.none", {{"limit", limit}}})) + left_out);
+        paragraph("", frame + say({"say.report.correlations.none", {{"limit", limit}}})) +
+            left_out);
   Table table(
       {"say.report.col.parameter", {"say.report.col.and", "word"}, "say.report.col.correlation"},
       "narrow");

@@ -120,36 +120,6 @@ struct OutcomeOf {
   }
 };
 
-}  // namespace
-
-const char* to_string(OutcomeKind kind) { return kKinds[kind].name; }
-std::optional<OutcomeKind> outcome_kind(const std::string& name) {
-  const auto* const found = std::ranges::find(
-      kOutcomeKinds, name, [](OutcomeKind kind) { return std::string_view(to_string(kind)); });
-  return found == kOutcomeKinds.end() ? std::nullopt : std::optional(*found);
-}
-
-bool is_good(OutcomeKind kind) { return kKinds[kind].good; }
-
-SessionOutcome outcome_of(const SessionResult& result) {
-  return std::visit(OutcomeOf{result.mastered}, result.of);
-}
-
-std::string cause_of(const SessionOutcome& outcome) {
-  if (outcome.change) return to_string(outcome.change->kind);
-  if (outcome.kind == OutcomeKind::kUpdateWithheld && outcome.update)
-    return to_string(*outcome.update);
-  if (!outcome.withheld_by.empty() && !is_good(outcome.kind))
-    return to_string(outcome.withheld_by.front());
-  return outcome.not_as_stated.empty() ? "" : to_string(outcome.not_as_stated.front());
-}
-
-std::optional<bool> published(const SessionOutcome& outcome) {
-  return kKinds[outcome.kind].published;
-}
-
-namespace {
-
 using calib::kMmPerM, calib::Phrase;
 
 /// Names of a list as `id` + NAME, with commas between.
@@ -164,15 +134,13 @@ Phrase in_a_row(const char* id, const std::vector<T>& list) {
 /// Reason of a result that is not good; empty for others.
 Phrase reason(const SessionOutcome& outcome) {
   switch (outcome.kind) {
-    case OutcomeKind::kWithheld:
-      return in_a_row("finding.", outcome.withheld_by);
+    case OutcomeKind::kWithheld: return in_a_row("finding.", outcome.withheld_by);
     case OutcomeKind::kNotQualified:
       if (!outcome.not_as_stated.empty()) return in_a_row("say.contacts.", outcome.not_as_stated);
       return {"say.session.not_qualified.few", {{"n", outcome.touches}}};
     case OutcomeKind::kUpdateWithheld:
       return outcome.update ? std::string("say.update.") + to_string(*outcome.update) : "";
-    default:
-      return {};
+    default: return {};
   }
 }
 
@@ -204,6 +172,32 @@ Phrase remedy(const SessionOutcome& outcome) {
 }
 
 }  // namespace
+
+const char* to_string(OutcomeKind kind) { return kKinds[kind].name; }
+std::optional<OutcomeKind> outcome_kind(const std::string& name) {
+  const auto* const found = std::ranges::find(
+      kOutcomeKinds, name, [](OutcomeKind kind) { return std::string_view(to_string(kind)); });
+  return found == kOutcomeKinds.end() ? std::nullopt : std::optional(*found);
+}
+
+bool is_good(OutcomeKind kind) { return kKinds[kind].good; }
+
+SessionOutcome outcome_of(const SessionResult& result) {
+  return std::visit(OutcomeOf{result.mastered}, result.of);
+}
+
+std::string cause_of(const SessionOutcome& outcome) {
+  if (outcome.change) return to_string(outcome.change->kind);
+  if (outcome.kind == OutcomeKind::kUpdateWithheld && outcome.update)
+    return to_string(*outcome.update);
+  if (!outcome.withheld_by.empty() && !is_good(outcome.kind))
+    return to_string(outcome.withheld_by.front());
+  return outcome.not_as_stated.empty() ? "" : to_string(outcome.not_as_stated.front());
+}
+
+std::optional<bool> published(const SessionOutcome& outcome) {
+  return kKinds[outcome.kind].published;
+}
 
 Phrase phrase(const FoundSphere& sphere) {
   // As in the cell file: with decimal points.

@@ -27,7 +27,7 @@ struct FoundSphere {
   std::string target;
   /// Base frame of the nominal arm; of one on a positioner the frame of the axis that carries it.
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  double u_m = 0.0;                                    ///< U(k=2) of each component
+  double u_m = 0.0;  ///< U(k=2) of each component
   int touches = 0;
   /// From the centre in the cell file; none where the file has none.
   std::optional<double> moved_m;

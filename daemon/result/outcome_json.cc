@@ -31,16 +31,13 @@ struct Unit {
 
 Unit unit_of(calib::ChangeKind kind) {
   switch (kind) {
-    case calib::ChangeKind::kJoint:
-      return {"deg", calib::kDegPerRad};
-    case calib::ChangeKind::kGrowth:
-      return {"ppm", 1e6};
+    case calib::ChangeKind::kJoint: return {"deg", calib::kDegPerRad};
+    case calib::ChangeKind::kGrowth: return {"ppm", 1e6};
     case calib::ChangeKind::kNothing:
     case calib::ChangeKind::kTool:
     case calib::ChangeKind::kSphere:
     case calib::ChangeKind::kTouch:
-    case calib::ChangeKind::kPositioner:
-      break;
+    case calib::ChangeKind::kPositioner: break;
   }
   return {"mm", kMmPerM};
 }
@@ -228,7 +225,6 @@ std::string document_of_found(const FoundSpheres& found) {
   add_lines(lines, value);
   return value.dump(2) + "\n";
 }
-
 
 /// The zeros follow the verdict in the words.
 std::string document_of_check(const SessionResult& result, const calib::TcpCheck& check) {

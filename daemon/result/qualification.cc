@@ -119,35 +119,6 @@ std::vector<QualificationFinding> findings_of(const Qualification& q) {
   return findings;
 }
 
-}  // namespace
-
-Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> readings,
-                      double fast_m_s, double slow_m_s, const StatedContact& stated,
-                      std::optional<Figure> radius_offset_m, bool touches_are_slow) {
-  const std::vector<Visit> visits = visits_of(plan, readings, fast_m_s);
-  Qualification q;
-  if (!plan.touches.empty()) q.target = plan.touches.front().target;
-  q.touches = static_cast<int>(visits.size());
-  for (std::size_t i = 0; i < visits.size(); ++i)
-    q.places += i == 0 || visits[i].place != visits[i - 1].place;
-  q.delay = delay_of(visits, slow_m_s);
-  q.noise_m =
-      noise_of(visits, q.delay ? q.delay->delay_s : stated.delay_s, touches_are_slow, q.noise_dof);
-  q.overtravel = overtravel_of(plan, readings, fast_m_s, slow_m_s);
-  for (const RecordReading& one : readings) {
-    q.reaction_worst_s = std::max(q.reaction_worst_s, one.reading.reaction_s);
-    q.bounces_worst = std::max(q.bounces_worst, one.reading.bounces);
-  }
-  constexpr double kResolved = 0.5;  // fraction of the prior: above, the result reflects the prior
-  if (radius_offset_m && radius_offset_m->sigma < kResolved * stated.radius_offset_sigma_m)
-    q.radius_offset_m = radius_offset_m;
-  q.stated = stated;
-  q.findings = findings_of(q);
-  return q;
-}
-
-namespace {
-
 using calib::kMmPerM;
 using calib::kMsPerS;
 using calib::Phrase;
@@ -190,6 +161,31 @@ Phrase phrase(QualificationFinding finding, const Qualification& q) {
 }
 
 }  // namespace
+
+Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> readings,
+                      double fast_m_s, double slow_m_s, const StatedContact& stated,
+                      std::optional<Figure> radius_offset_m, bool touches_are_slow) {
+  const std::vector<Visit> visits = visits_of(plan, readings, fast_m_s);
+  Qualification q;
+  if (!plan.touches.empty()) q.target = plan.touches.front().target;
+  q.touches = static_cast<int>(visits.size());
+  for (std::size_t i = 0; i < visits.size(); ++i)
+    q.places += i == 0 || visits[i].place != visits[i - 1].place;
+  q.delay = delay_of(visits, slow_m_s);
+  q.noise_m =
+      noise_of(visits, q.delay ? q.delay->delay_s : stated.delay_s, touches_are_slow, q.noise_dof);
+  q.overtravel = overtravel_of(plan, readings, fast_m_s, slow_m_s);
+  for (const RecordReading& one : readings) {
+    q.reaction_worst_s = std::max(q.reaction_worst_s, one.reading.reaction_s);
+    q.bounces_worst = std::max(q.bounces_worst, one.reading.bounces);
+  }
+  constexpr double kResolved = 0.5;  // fraction of the prior: above, the result reflects the prior
+  if (radius_offset_m && radius_offset_m->sigma < kResolved * stated.radius_offset_sigma_m)
+    q.radius_offset_m = radius_offset_m;
+  q.stated = stated;
+  q.findings = findings_of(q);
+  return q;
+}
 
 std::vector<Phrase> phrases(const Qualification& q) {
   std::vector<Phrase> lines{

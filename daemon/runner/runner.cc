@@ -33,6 +33,19 @@ bool same(const Links& a, const Links& b) {
          a.robot_words == b.robot_words && a.contact_words == b.contact_words;
 }
 
+/// The event shows the arm at rest, with its position settled.
+bool shows_rest(Phase phase, const Event& event) {
+  if (event.kind() == EventKind::kContact) return true;
+  return phase == Phase::kReferencing && event.get<Links>().robot == drivers::RobotLink::kReady;
+}
+
+void lower_priority() {
+  // A third of a usual thread's share. With SCHED_IDLE, three busy loops on the computer extended a plan of
+  // two seconds to minutes. Linux permits this to every process, per thread.
+  constexpr int kNice = 5;
+  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
+}
+
 }  // namespace
 
 /// Shared with jobs in the worker, which may outlive the runner.
@@ -213,16 +226,6 @@ std::optional<Event> Runner::links_changed() {
   seen_ = links;
   return Event{links};
 }
-
-namespace {
-
-/// The event shows the arm at rest, with its position settled.
-bool shows_rest(Phase phase, const Event& event) {
-  if (event.kind() == EventKind::kContact) return true;
-  return phase == Phase::kReferencing && event.get<Links>().robot == drivers::RobotLink::kReady;
-}
-
-}  // namespace
 
 void Runner::feed(Event event) {
   event.at = parts_.backend.clock().now();
@@ -486,17 +489,6 @@ void Runner::perform_all(const Actions& actions) {
     }
   }
 }
-
-namespace {
-
-void lower_priority() {
-  // A third of a usual thread's share. With SCHED_IDLE, three busy loops on the computer extended a plan of
-  // two seconds to minutes. Linux permits this to every process, per thread.
-  constexpr int kNice = 5;
-  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
-}
-
-}  // namespace
 
 ThreadWorker::ThreadWorker(Priority priority)
     : thread_([this, priority] {

@@ -202,6 +202,25 @@ HandSpeed hand_speed_of(Journal& journal, const Job& job, double most_speed) {
                    job.cell.targets);
 }
 
+/// Lower bound of the share, also used where the speed of a path is unknown: a slower move outlasts its
+/// deadline.
+constexpr double kLeastShare = 1e-3;
+
+/// Angles of the arm and of the positioner.
+struct Angles {
+  std::vector<double> arm, positioner;
+};
+
+Angles angles(const drivers::AxisAngles& from, const calib::Robot& robot) {
+  const auto behind =
+      from.end() - static_cast<std::ptrdiff_t>(std::min(robot.positioner.size(), from.size()));
+  return {{from.begin(), behind}, {behind, from.end()}};
+}
+
+constexpr int kMostTouches = 2000;
+constexpr double kColdestC = -40.0, kWarmestC = 80.0;  // plausible temperatures of a robot cell
+constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
+
 }  // namespace
 
 std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, SessionSettings settings,
@@ -262,25 +281,6 @@ State first_state(const Job& job) {
   kind_of(job.options).adapt(state, job);
   return state;
 }
-
-namespace {
-
-/// Lower bound of the share, also used where the speed of a path is unknown: a slower move outlasts its
-/// deadline.
-constexpr double kLeastShare = 1e-3;
-
-/// Angles of the arm and of the positioner.
-struct Angles {
-  std::vector<double> arm, positioner;
-};
-
-Angles angles(const drivers::AxisAngles& from, const calib::Robot& robot) {
-  const auto behind =
-      from.end() - static_cast<std::ptrdiff_t>(std::min(robot.positioner.size(), from.size()));
-  return {{from.begin(), behind}, {behind, from.end()}};
-}
-
-}  // namespace
 
 HandSpeed::HandSpeed(std::shared_ptr<const calib::ArmModel> arm, double speed_fraction, Bound bound,
                      const std::vector<calib::Target>& targets)
@@ -392,16 +392,11 @@ void Kind::begin(Journal&, const RunRequest& request, Job& job) const {
 
 const Kind& kind_of(SessionKind kind, bool update) {
   switch (kind) {  // no default: a value without a class does not compile
-    case SessionKind::kCalibrate:
-      return update ? update_kind() : calibration_kind();
-    case SessionKind::kQualify:
-      return qualification_kind();
-    case SessionKind::kCheck:
-      return check_kind();
-    case SessionKind::kFind:
-      return find_kind();
-    case SessionKind::kDryRun:
-      return dry_run_kind();
+    case SessionKind::kCalibrate: return update ? update_kind() : calibration_kind();
+    case SessionKind::kQualify: return qualification_kind();
+    case SessionKind::kCheck: return check_kind();
+    case SessionKind::kFind: return find_kind();
+    case SessionKind::kDryRun: return dry_run_kind();
   }
   throw std::logic_error("no class for this kind of session");
 }
@@ -421,14 +416,6 @@ void expect_contacts(State& first, const calib::Cell& cell) {
   first.policy.confirm_every = std::numeric_limits<int>::max();
   for (const calib::Target& target : cell.targets) first.met.push_back(target.id);
 }
-
-namespace {
-
-constexpr int kMostTouches = 2000;
-constexpr double kColdestC = -40.0, kWarmestC = 80.0;  // plausible temperatures of a robot cell
-constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
-
-}  // namespace
 
 void check(const RunRequest& request) {
   const Kind::Parameters takes = kind_of(request.kind, request.update).parameters();

@@ -46,8 +46,7 @@ void JournalRecorder::record(const RecordEnd& end) {
   }
   const LogScope scope({.session = session_, .event = event_of(end.ending)});
   // The log may be the only record: the disk of the journal may be full.
-  if (end.ending == Ending::kFailed)
-    spdlog::error("session {} failed: {}", session_, end.failure);
+  if (end.ending == Ending::kFailed) spdlog::error("session {} failed: {}", session_, end.failure);
   journal_.record(session_, end, backend_.utc_now(), also);
   if (end.ending != Ending::kFailed) {
     spdlog::info("session {} {}{}", session_,

@@ -101,10 +101,10 @@ Phrase silent_words(const State& state, const Event& event) {
   const bool at_rest = event.kind() == EventKind::kLinks;
   const Interruption by = at_rest ? state.links.interruption : event.move().interruption;
   const Phrase words = event.words.empty() ? state.links.robot_words : event.words;
-  const Phrase text = sentences(or_else(words, by == Interruption::kPacketsStopped
-                                                   ? "say.failure.no_more_packets"
-                                                   : "say.failure.session_stopped"),
-                                "say.failure.check_packets");
+  const Phrase text =
+      sentences(or_else(words, by == Interruption::kPacketsStopped ? "say.failure.no_more_packets"
+                                                                   : "say.failure.session_stopped"),
+                "say.failure.check_packets");
   const bool used_up = state.retries > 0 &&
                        goes_on(FailureKind::kRobotSilent, by) == GoesOn::kRetries &&
                        !may_go_on(state, FailureKind::kRobotSilent, by);
@@ -156,9 +156,9 @@ Phrase disagreement_words(const State& state, const Event& event) {
 Phrase refused_to_arm_words(const State& state, const Phrase& why) {
   const NextSearch search = next_search(state, armed_speed_m_s(state));
   if (search.takes_s() <= kLongestSearchS)
-    return sentences({"say.failure.refused_to_arm",
-                      {{"why", or_else(why, "say.failure.no_answer")}}},
-                     state.links.contact_words);
+    return sentences(
+        {"say.failure.refused_to_arm", {{"why", or_else(why, "say.failure.no_answer")}}},
+        state.links.contact_words);
   constexpr double kFull = 100.0;
   const bool by_override = search.full_speed_s <= kLongestSearchS;
   return {by_override ? "say.failure.search_too_slow.override" : "say.failure.search_too_slow",
@@ -170,8 +170,7 @@ Phrase refused_to_arm_words(const State& state, const Phrase& why) {
 }
 
 Phrase attended_words(const Links& links) {
-  if (by_hand(links.mode))
-    return {"say.failure.attended.mode", {{"mode", to_string(links.mode)}}};
+  if (by_hand(links.mode)) return {"say.failure.attended.mode", {{"mode", to_string(links.mode)}}};
   return {"say.failure.attended.override", {{"percent", links.override_percent.value_or(100)}}};
 }
 
@@ -186,73 +185,54 @@ Phrase what(FailureKind kind, const State& state, const Event& event) {
   const Phrase& words = event.words;
   const Links& links = state.links;
   switch (kind) {
-    case FailureKind::kPlan:
-      return or_else(words, "say.failure.unreachable");
+    case FailureKind::kPlan: return or_else(words, "say.failure.unreachable");
     case FailureKind::kNotFound:
     case FailureKind::kDevice:
     case FailureKind::kIdentify:
-    case FailureKind::kReport:
-      return words;
-    case FailureKind::kPlanChanged:
-      return "say.failure.plan_changed";
-    case FailureKind::kLinkNotReady:
-      return not_ready_words(state);
+    case FailureKind::kReport: return words;
+    case FailureKind::kPlanChanged: return "say.failure.plan_changed";
+    case FailureKind::kLinkNotReady: return not_ready_words(state);
     case FailureKind::kContactFault:
       return or_else(state.links.contact_words, "say.failure.sensor_fault");
     case FailureKind::kContactClosed:
       return sentences("say.failure.contact_closed", state.links.contact_words);
-    case FailureKind::kArmRefused:
-      return refused_to_arm_words(state, words);
-    case FailureKind::kNoContact:
-      return no_contact_words(state);
-    case FailureKind::kContactTooEarly:
-      return too_early_words(state, event);
+    case FailureKind::kArmRefused: return refused_to_arm_words(state, words);
+    case FailureKind::kNoContact: return no_contact_words(state);
+    case FailureKind::kContactTooEarly: return too_early_words(state, event);
     case FailureKind::kUnexpectedContact:
       return sentences(or_else(words, "say.failure.contact_outside_search"),
                        "say.failure.jog_free");
-    case FailureKind::kStillInContact:
-      return sentences("say.failure.still_in_contact", words);
-    case FailureKind::kReadingsDisagree:
-      return disagreement_words(state, event);
+    case FailureKind::kStillInContact: return sentences("say.failure.still_in_contact", words);
+    case FailureKind::kReadingsDisagree: return disagreement_words(state, event);
     case FailureKind::kTooManyRevoked:
-      return sentences(
-          {"say.failure.noise", {{"n", state.revoked + 1}, {"target", target(state)}}},
-          links.contact_words);
+      return sentences({"say.failure.noise", {{"n", state.revoked + 1}, {"target", target(state)}}},
+                       links.contact_words);
     case FailureKind::kContactSilent:
       return or_else(sentences(words, links.contact_words), "say.failure.no_heartbeat");
-    case FailureKind::kComputerBusy:
-      return busy_words(state, event);
-    case FailureKind::kRobotSilent:
-      return silent_words(state, event);
-    case FailureKind::kMoveRefused:
-      return or_else(words, "say.failure.not_begun");
+    case FailureKind::kComputerBusy: return busy_words(state, event);
+    case FailureKind::kRobotSilent: return silent_words(state, event);
+    case FailureKind::kMoveRefused: return or_else(words, "say.failure.not_begun");
     case FailureKind::kNotFollowing:
       return sentences(or_else(words, "say.failure.not_following"),
                        links.request == drivers::ControllerRequest::kCollision
                            ? "say.failure.collision"
                            : "say.failure.check_arm");
-    case FailureKind::kStoppedElsewhere:
-      return sentences("say.failure.stopped_elsewhere", words);
+    case FailureKind::kStoppedElsewhere: return sentences("say.failure.stopped_elsewhere", words);
     case FailureKind::kTimeout:
       return sentences(
           {"say.failure.timeout", {{"phase", std::string("say.phase.") + to_string(state.phase)}}},
           words);
     case FailureKind::kStopUnconfirmed:
       return sentences("say.failure.stop_unconfirmed", link_words(links));
-    case FailureKind::kJournal:
-      return or_else(words, "say.failure.disk");
-    case FailureKind::kAttended:
-      return attended_words(state.links);
+    case FailureKind::kJournal: return or_else(words, "say.failure.disk");
+    case FailureKind::kAttended: return attended_words(state.links);
     case FailureKind::kControllerTest:
       return links.request == drivers::ControllerRequest::kMasteringTest
                  ? "say.failure.mastering_test"
                  : "say.failure.brake_test";
-    case FailureKind::kWindowOver:
-      return "say.schedule.why.window-over";
-    case FailureKind::kDaemonStopped:
-      return "say.failure.daemon_stopped";
-    case FailureKind::kUnexpectedEvent:
-      return unexpected_words(state, event);
+    case FailureKind::kWindowOver: return "say.schedule.why.window-over";
+    case FailureKind::kDaemonStopped: return "say.failure.daemon_stopped";
+    case FailureKind::kUnexpectedEvent: return unexpected_words(state, event);
   }
   return words;
 }
@@ -265,17 +245,13 @@ Phrase setback_words(Setback why, const State& state) {
                                            ? state.timeouts.busy
                                            : state.timeouts.recovering)}}},
                        link_words(state.links));
-    case Setback::kOtherSession:
-      return "say.setback.other_session";
+    case Setback::kOtherSession: return "say.setback.other_session";
     case Setback::kAgain:
       return sentences({"say.setback.again", {{"s", seconds(state.timeouts.watching)}}},
                        link_words(state.links));
-    case Setback::kRobotToo:
-      return sentences("say.setback.robot_too", link_words(state.links));
-    case Setback::kSensorSilent:
-      return "say.setback.sensor_silent";
-    case Setback::kMoved:
-      return "say.setback.moved";
+    case Setback::kRobotToo: return sentences("say.setback.robot_too", link_words(state.links));
+    case Setback::kSensorSilent: return "say.setback.sensor_silent";
+    case Setback::kMoved: return "say.setback.moved";
   }
   return {};
 }
@@ -292,8 +268,7 @@ const char* next_step(FailureKind kind) {
     case FailureKind::kPlanChanged:      // needs a new session, as its text states
     case FailureKind::kUnexpectedEvent:  // a defect
       return nullptr;
-    default:
-      return "say.failure.then";
+    default: return "say.failure.then";
   }
 }
 
@@ -315,9 +290,9 @@ Phrase failure_words(FailureKind kind, const State& state, const Event& event) {
 }
 
 Phrase not_resumed_words(const Failure& failure, Setback why, const State& state) {
-  return with_next_step(failure.kind, state,
-                        {"say.failure.not_resumed",
-                         {{"what", failure.detail}, {"why", setback_words(why, state)}}});
+  return with_next_step(
+      failure.kind, state,
+      {"say.failure.not_resumed", {{"what", failure.detail}, {"why", setback_words(why, state)}}});
 }
 
 }  // namespace cellcal::daemon::rules

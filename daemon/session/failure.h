@@ -39,8 +39,8 @@ enum class FailureKind {
   kReport,
   kAttended,        ///< an unattended session, with a person working at the robot
   kControllerTest,  ///< an unattended session, with the controller requesting its brake or mastering test
-  kWindowOver,      ///< aborted by the schedule: its window is over
-  kDaemonStopped,   ///< aborted by the end of the daemon
+  kWindowOver,       ///< aborted by the schedule: its window is over
+  kDaemonStopped,    ///< aborted by the end of the daemon
   kUnexpectedEvent,  ///< an event that the table does not list for this phase
 };
 

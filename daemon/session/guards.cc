@@ -48,8 +48,7 @@ int repeats_of_touch(const State& state) {
 
 bool may_go_on(const State& state, FailureKind failure, drivers::Interruption by) {
   switch (goes_on(failure, by)) {
-    case GoesOn::kNever:
-      return false;
+    case GoesOn::kNever: return false;
     case GoesOn::kRetries:
       return state.interruptions.total() - state.interruptions.of_computer() < state.retries;
     case GoesOn::kRepeats:

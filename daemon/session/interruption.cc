@@ -153,18 +153,15 @@ ResumePath resume_path(const State& state) {
     case Phase::kFastSearch:
     case Phase::kBackingOff:
     case Phase::kArmingSlow:
-    case Phase::kSlowSearch:
-      return ResumePath::kToSearch;
+    case Phase::kSlowSearch: return ResumePath::kToSearch;
     case Phase::kRecording:
     case Phase::kRetreat:
       return state.one_by_one && state.leads_on ? ResumePath::kNone : ResumePath::kToClear;
     case Phase::kReferencing:
-    case Phase::kWatchingTheLinks:
-      return state.resume_path;
+    case Phase::kWatchingTheLinks: return state.resume_path;
     case Phase::kFreeing:  // out of a contact, by the path alone or as a resumed session
       return state.resume_path;
-    default:
-      return ResumePath::kNone;
+    default: return ResumePath::kNone;
   }
 }
 

@@ -35,84 +35,6 @@ class Stay {
 
 bool under_way(Phase phase) { return phase != Phase::kIdle && !is_final(phase); }
 
-}  // namespace
-
-const char* to_string(Activity activity) {
-  using enum Activity;
-  static constexpr EnumNames<Activity> kTable{{{kMoving, "transit and retreat"},
-                                               {kFastSearch, "fast search"},
-                                               {kConfirming, "back-off, slow search"},
-                                               {kArming, "arming"},
-                                               {kRecording, "recording"},
-                                               {kChoosing, "choosing"},
-                                               {kProving, "proving"},
-                                               {kOther, "other"}}};
-  return kTable[activity];
-}
-
-const char* driver_of(Activity activity) {
-  using enum Activity;
-  static constexpr EnumNames<Activity> kTable{{{kMoving, "axis limits"},
-                                               {kFastSearch, "search speed, approach"},
-                                               {kConfirming, "confirmations"},
-                                               {kArming, "serial line"},
-                                               {kRecording, "disk"},
-                                               {kChoosing, "processor"},
-                                               {kProving, "self-test"},
-                                               {kOther, "links, plan, estimate"}}};
-  return kTable[activity];
-}
-
-Activity activity_of(Phase phase) {
-  switch (phase) {
-    case Phase::kFreeing:
-    case Phase::kTransit:
-    case Phase::kRetreat:
-    case Phase::kReturning:
-      return Activity::kMoving;
-    case Phase::kFastSearch:
-      return Activity::kFastSearch;
-    case Phase::kBackingOff:
-    case Phase::kSlowSearch:
-      return Activity::kConfirming;
-    case Phase::kArmingFast:
-    case Phase::kArmingSlow:
-      return Activity::kArming;
-    case Phase::kRecording:
-      return Activity::kRecording;
-    case Phase::kChoosing:
-      return Activity::kChoosing;
-    case Phase::kProving:
-      return Activity::kProving;
-    default:
-      return Activity::kOther;
-  }
-}
-
-PhaseTimes phase_times(std::span<const TimedChange> changes) {
-  PhaseTimes times;
-  const TimedChange* last = nullptr;
-  Stay stay;
-  for (const TimedChange& now : changes) {
-    if (!std::isfinite(now.clock_s)) continue;
-    const Phase phase = now.change.from;
-    if (last != nullptr && under_way(phase) && last->change.to == phase) {
-      stay.go_on(times, activity_of(phase),
-                 std::max(0.0, now.clock_s - last->clock_s));  // another daemon's clock
-      // From the watch it goes back to the same wait.
-      times.interruptions +=
-          now.change.to == Phase::kRecovering && phase != Phase::kWatchingTheLinks ? 1 : 0;
-      times.touches += phase == Phase::kRecording && !is_final(now.change.to) ? 1 : 0;
-    } else {
-      stay = {};
-    }
-    last = &now;
-  }
-  return times;
-}
-
-namespace {
-
 std::string identifier(Phase phase) {
   std::string name = to_string(phase);
   for (char& c : name) {
@@ -170,6 +92,72 @@ std::string join(const std::vector<std::string>& labels, const char* separator) 
 }
 
 }  // namespace
+
+const char* to_string(Activity activity) {
+  using enum Activity;
+  static constexpr EnumNames<Activity> kTable{{{kMoving, "transit and retreat"},
+                                               {kFastSearch, "fast search"},
+                                               {kConfirming, "back-off, slow search"},
+                                               {kArming, "arming"},
+                                               {kRecording, "recording"},
+                                               {kChoosing, "choosing"},
+                                               {kProving, "proving"},
+                                               {kOther, "other"}}};
+  return kTable[activity];
+}
+
+const char* driver_of(Activity activity) {
+  using enum Activity;
+  static constexpr EnumNames<Activity> kTable{{{kMoving, "axis limits"},
+                                               {kFastSearch, "search speed, approach"},
+                                               {kConfirming, "confirmations"},
+                                               {kArming, "serial line"},
+                                               {kRecording, "disk"},
+                                               {kChoosing, "processor"},
+                                               {kProving, "self-test"},
+                                               {kOther, "links, plan, estimate"}}};
+  return kTable[activity];
+}
+
+Activity activity_of(Phase phase) {
+  switch (phase) {
+    case Phase::kFreeing:
+    case Phase::kTransit:
+    case Phase::kRetreat:
+    case Phase::kReturning: return Activity::kMoving;
+    case Phase::kFastSearch: return Activity::kFastSearch;
+    case Phase::kBackingOff:
+    case Phase::kSlowSearch: return Activity::kConfirming;
+    case Phase::kArmingFast:
+    case Phase::kArmingSlow: return Activity::kArming;
+    case Phase::kRecording: return Activity::kRecording;
+    case Phase::kChoosing: return Activity::kChoosing;
+    case Phase::kProving: return Activity::kProving;
+    default: return Activity::kOther;
+  }
+}
+
+PhaseTimes phase_times(std::span<const TimedChange> changes) {
+  PhaseTimes times;
+  const TimedChange* last = nullptr;
+  Stay stay;
+  for (const TimedChange& now : changes) {
+    if (!std::isfinite(now.clock_s)) continue;
+    const Phase phase = now.change.from;
+    if (last != nullptr && under_way(phase) && last->change.to == phase) {
+      stay.go_on(times, activity_of(phase),
+                 std::max(0.0, now.clock_s - last->clock_s));  // another daemon's clock
+      // From the watch it goes back to the same wait.
+      times.interruptions +=
+          now.change.to == Phase::kRecovering && phase != Phase::kWatchingTheLinks ? 1 : 0;
+      times.touches += phase == Phase::kRecording && !is_final(now.change.to) ? 1 : 0;
+    } else {
+      stay = {};
+    }
+    last = &now;
+  }
+  return times;
+}
 
 std::string mermaid_picture() {
   std::string text = "stateDiagram-v2\n  [*] --> idle\n";

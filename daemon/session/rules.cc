@@ -15,19 +15,6 @@ std::size_t before_transit(const calib::PlannedTouch& planned) {
   return planned.wait.empty() ? 0 : planned.wait.size() + 1;
 }
 
-}  // namespace
-
-std::size_t to_standoff(const State& state) {
-  const calib::PlannedTouch& planned = state.planned();
-  return before_transit(planned) + std::max<std::size_t>(1, planned.transit.size());
-}
-
-std::size_t waypoint_count(const State& state) {
-  return to_standoff(state) + (state.approach_m > 0.0 ? 1 : 0);
-}
-
-namespace {
-
 using drivers::MoveKind;
 
 /// Cause of a silent robot, as reported by the move or, at rest, by the link; whether a silent sensor has lost
@@ -222,6 +209,15 @@ void end_interruption(State& state) {
 }
 
 }  // namespace
+
+std::size_t to_standoff(const State& state) {
+  const calib::PlannedTouch& planned = state.planned();
+  return before_transit(planned) + std::max<std::size_t>(1, planned.transit.size());
+}
+
+std::size_t waypoint_count(const State& state) {
+  return to_standoff(state) + (state.approach_m > 0.0 ? 1 : 0);
+}
 
 void plan_touches(State& state, const Event& event, Actions& actions) {
   actions.emplace_back(MakePlan{});

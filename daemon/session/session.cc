@@ -50,38 +50,6 @@ struct Stale {
   bool operator()(const auto&) const { return false; }
 };
 
-}  // namespace
-
-bool is_stale(const State& state, const Event& event) {
-  return std::visit(Stale{state}, event.evidence);
-}
-
-const Transition* find_row(const State& state, const Event& event) {
-  for (const Transition& row : transition_table()) {
-    if (!row.from.has(state.phase) || !row.on.has(event.kind())) continue;
-    if (row.when == nullptr || row.when(state, event)) return &row;
-  }
-  return nullptr;
-}
-
-Step step(State state, const Event& event) {
-  Step result{std::move(state), {}};
-  if (is_stale(result.state, event)) return result;
-  note(result.state, event);
-  const Transition* row = find_row(result.state, event);
-  if (row == nullptr) {
-    result.state.deadline.reset();
-    fail_safe(result.state, event, result.actions);
-    return result;
-  }
-  if (row->to) result.state.deadline.reset();
-  if (row->then != nullptr) row->then(result.state, event, result.actions);
-  if (row->to) result.state.phase = *row->to;
-  return result;
-}
-
-namespace {
-
 using namespace rules;  // NOLINT: the table consists of their names
 using enum Phase;
 using E = EventKind;
@@ -261,6 +229,34 @@ Transition{kNotUnderWay,   Events::all(),    nullptr, "",                       
 // clang-format on
 
 }  // namespace
+
+bool is_stale(const State& state, const Event& event) {
+  return std::visit(Stale{state}, event.evidence);
+}
+
+const Transition* find_row(const State& state, const Event& event) {
+  for (const Transition& row : transition_table()) {
+    if (!row.from.has(state.phase) || !row.on.has(event.kind())) continue;
+    if (row.when == nullptr || row.when(state, event)) return &row;
+  }
+  return nullptr;
+}
+
+Step step(State state, const Event& event) {
+  Step result{std::move(state), {}};
+  if (is_stale(result.state, event)) return result;
+  note(result.state, event);
+  const Transition* row = find_row(result.state, event);
+  if (row == nullptr) {
+    result.state.deadline.reset();
+    fail_safe(result.state, event, result.actions);
+    return result;
+  }
+  if (row->to) result.state.deadline.reset();
+  if (row->then != nullptr) row->then(result.state, event, result.actions);
+  if (row->to) result.state.phase = *row->to;
+  return result;
+}
 
 std::span<const Transition> transition_table() { return kTable; }
 

@@ -92,6 +92,14 @@ void each_later_key(Options& options, Visitor visit) {
   visit("behind_nominal_m", options.touch.behind_nominal_m);
 }
 
+std::vector<calib::InputFile> files_of(const calib::Cell& cell, const SessionInputs& inputs,
+                                       const std::vector<calib::Touch>& touches) {
+  const std::string csv = calib::format_touches(touches, cell.robot);
+  return {{"cell", inputs.cell_name, calib::sha256(inputs.cell_text)},
+          {"robot", inputs.robot_name, calib::sha256(inputs.robot_text)},
+          {"touches", "touches.csv", calib::sha256(csv)}};
+}
+
 }  // namespace
 
 std::string options_to_json(const SessionOptions& options) {
@@ -189,18 +197,6 @@ void watch_delay(Journal& journal, std::int64_t session, const std::string& utc)
     spdlog::warn("session {}: latch delay not estimated: {}", session, error.what());
   }
 }
-
-namespace {
-
-std::vector<calib::InputFile> files_of(const calib::Cell& cell, const SessionInputs& inputs,
-                                       const std::vector<calib::Touch>& touches) {
-  const std::string csv = calib::format_touches(touches, cell.robot);
-  return {{"cell", inputs.cell_name, calib::sha256(inputs.cell_text)},
-          {"robot", inputs.robot_name, calib::sha256(inputs.robot_text)},
-          {"touches", "touches.csv", calib::sha256(csv)}};
-}
-
-}  // namespace
 
 calib::Calibration estimate(const calib::Cell& cell, const SessionInputs& inputs,
                             const std::vector<calib::Touch>& touches,

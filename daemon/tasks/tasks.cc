@@ -48,32 +48,6 @@ void check(const calib::Plan& plan, std::size_t joints) {
   }
 }
 
-}  // namespace
-
-std::string plan_hash(const calib::Plan& plan) {
-  std::string bytes;
-  append(bytes, plan.start);
-  for (const calib::PlannedTouch& touch : plan.touches) {
-    bytes += touch.target;
-    bytes += touch.set == calib::TouchSet::kFit ? '\0' : '\1';
-    append(bytes, touch.positioner_rad);
-    for (const calib::JointVector& waypoint : touch.wait) append(bytes, waypoint);
-    for (const calib::JointVector& waypoint : touch.transit) append(bytes, waypoint);
-    append(bytes, touch.standoff);
-    append(bytes, touch.end);
-    append(bytes, touch.clear);
-    append(bytes, {touch.search_m, touch.expected_m});
-    append(bytes, {touch.leaving.in_share, touch.leaving.out_share});
-    if (touch.search_m_s > 0.0) append(bytes, {touch.search_m_s});
-    for (const calib::Corner& corner : touch.corners)
-      append(bytes, {corner.in_share, corner.out_share});
-  }
-  for (const calib::JointVector& waypoint : plan.home) append(bytes, waypoint);
-  return calib::sha256(bytes);
-}
-
-namespace {
-
 /// The cell for the choice of touches: with the transmission errors that its last calibration learnt.
 calib::Cell cell_to_plan(const TaskInputs& inputs) {
   if (!inputs.compared) return inputs.cell;
@@ -192,7 +166,93 @@ class Chooser {
   std::size_t learnt_ = 0;
 };
 
+std::string finished_time(const std::vector<calib::Touch>& touches, const std::string& now) {
+  return touches.empty() || touches.back().time.empty() ? now : touches.back().time;
+}
+
+void write_touches(const TaskInputs& inputs, const std::vector<calib::Touch>& touches) {
+  std::filesystem::create_directories(inputs.results_dir);
+  write_atomically(inputs.results_dir / "touches.csv",
+                   calib::format_touches(touches, inputs.cell.robot));
+}
+
+/// "none, part (10 kg)"; empty where nothing was held.
+std::string loads_held(const calib::Cell& cell, const std::vector<calib::Touch>& touches) {
+  std::string words;
+  std::set<std::string> ids;
+  for (const calib::Touch& touch : touches) ids.insert(touch.load);
+  if (ids == std::set<std::string>{""}) return words;
+  for (const std::string& id : ids) {
+    const auto load = std::ranges::find(cell.loads, id, &calib::Load::id);
+    words += words.empty() ? "" : ", ";
+    words += load == cell.loads.end() ? "0 kg" : fmt::format("{} ({:g} kg)", id, load->mass_kg);
+  }
+  return words;
+}
+
+/// This calibration is the newest change.
+std::optional<calib::DriftChart> checks_up_to(const TaskInputs& inputs,
+                                              const calib::Calibration& calibration,
+                                              const std::string& finished) {
+  if (!inputs.checks_so_far) return std::nullopt;
+  std::optional<calib::DriftChart> chart = inputs.checks_so_far();
+  if (!chart) return std::nullopt;
+  calib::DriftEvent& event = chart->events.emplace_back();
+  if (calibration.update) event.kind = calib::DriftEventKind::kUpdated;
+  event.session = inputs.session;
+  event.time_s = calib::seconds_of(finished).value_or(0.0);
+  event.accepted = inputs.options.accept_change;
+  return chart;
+}
+
+/// Content that calibration, touches and interruptions determine.
+ReportInput report_of(const calib::Calibration& calibration,
+                      const std::vector<calib::Touch>& touches, std::int64_t session,
+                      const std::string& cell_name, const InterruptionCounts& counts) {
+  ReportInput report;
+  report.calibration = calibration;
+  report.touches = touches;
+  report.session_id = std::to_string(session);
+  report.cell_name = std::filesystem::path(cell_name).filename().string();
+  report.software = calib::software_version();
+  if (counts.total() > 0)
+    report.notes.emplace_back("say.report.note.interruptions",
+                              std::vector<calib::PhraseValue>{{"causes", phrase(counts)}});
+  if (const std::string held = loads_held(calibration.cell, touches); !held.empty())
+    report.notes.emplace_back("say.report.note.loads",
+                              std::vector<calib::PhraseValue>{{"loads", held}});
+  if (calibration.update)
+    report.notes.emplace_back(
+        "say.report.note.update",
+        std::vector<calib::PhraseValue>{
+            {"stands_on", calib::calibration_phrase(calibration.update->stands_on)}});
+  report.error_map = calib::error_map(calibration);
+  return report;
+}
+
 }  // namespace
+
+std::string plan_hash(const calib::Plan& plan) {
+  std::string bytes;
+  append(bytes, plan.start);
+  for (const calib::PlannedTouch& touch : plan.touches) {
+    bytes += touch.target;
+    bytes += touch.set == calib::TouchSet::kFit ? '\0' : '\1';
+    append(bytes, touch.positioner_rad);
+    for (const calib::JointVector& waypoint : touch.wait) append(bytes, waypoint);
+    for (const calib::JointVector& waypoint : touch.transit) append(bytes, waypoint);
+    append(bytes, touch.standoff);
+    append(bytes, touch.end);
+    append(bytes, touch.clear);
+    append(bytes, {touch.search_m, touch.expected_m});
+    append(bytes, {touch.leaving.in_share, touch.leaving.out_share});
+    if (touch.search_m_s > 0.0) append(bytes, {touch.search_m_s});
+    for (const calib::Corner& corner : touch.corners)
+      append(bytes, {corner.in_share, corner.out_share});
+  }
+  for (const calib::JointVector& waypoint : plan.home) append(bytes, waypoint);
+  return calib::sha256(bytes);
+}
 
 Tasks::Planned plan_beforehand(const TaskInputs& inputs) {
   Tasks::Planned planned{calib::make_plan(cell_to_plan(inputs), inputs.options.plan), "", {}};
@@ -270,88 +330,11 @@ Tasks with_controller_model(Tasks tasks, const SharedInputs& inputs) {
   return tasks;
 }
 
-namespace {
-
-std::string finished_time(const std::vector<calib::Touch>& touches, const std::string& now) {
-  return touches.empty() || touches.back().time.empty() ? now : touches.back().time;
-}
-
-void write_touches(const TaskInputs& inputs, const std::vector<calib::Touch>& touches) {
-  std::filesystem::create_directories(inputs.results_dir);
-  write_atomically(inputs.results_dir / "touches.csv",
-                   calib::format_touches(touches, inputs.cell.robot));
-}
-
-
-/// "none, part (10 kg)"; empty where nothing was held.
-std::string loads_held(const calib::Cell& cell, const std::vector<calib::Touch>& touches) {
-  std::string words;
-  std::set<std::string> ids;
-  for (const calib::Touch& touch : touches) ids.insert(touch.load);
-  if (ids == std::set<std::string>{""}) return words;
-  for (const std::string& id : ids) {
-    const auto load = std::ranges::find(cell.loads, id, &calib::Load::id);
-    words += words.empty() ? "" : ", ";
-    words += load == cell.loads.end() ? "0 kg" : fmt::format("{} ({:g} kg)", id, load->mass_kg);
-  }
-  return words;
-}
-
-}  // namespace
-
 void write_document(const TaskInputs& inputs, const SessionResult& result,
                     const std::vector<calib::Touch>& touches, const char* name) {
   write_touches(inputs, touches);
   write_atomically(inputs.results_dir / name, document_of(result));
 }
-
-namespace {
-
-/// This calibration is the newest change.
-std::optional<calib::DriftChart> checks_up_to(const TaskInputs& inputs,
-                                              const calib::Calibration& calibration,
-                                              const std::string& finished) {
-  if (!inputs.checks_so_far) return std::nullopt;
-  std::optional<calib::DriftChart> chart = inputs.checks_so_far();
-  if (!chart) return std::nullopt;
-  calib::DriftEvent& event = chart->events.emplace_back();
-  if (calibration.update) event.kind = calib::DriftEventKind::kUpdated;
-  event.session = inputs.session;
-  event.time_s = calib::seconds_of(finished).value_or(0.0);
-  event.accepted = inputs.options.accept_change;
-  return chart;
-}
-
-}  // namespace
-
-namespace {
-
-/// Content that calibration, touches and interruptions determine.
-ReportInput report_of(const calib::Calibration& calibration,
-                      const std::vector<calib::Touch>& touches, std::int64_t session,
-                      const std::string& cell_name, const InterruptionCounts& counts) {
-  ReportInput report;
-  report.calibration = calibration;
-  report.touches = touches;
-  report.session_id = std::to_string(session);
-  report.cell_name = std::filesystem::path(cell_name).filename().string();
-  report.software = calib::software_version();
-  if (counts.total() > 0)
-    report.notes.emplace_back("say.report.note.interruptions",
-                              std::vector<calib::PhraseValue>{{"causes", phrase(counts)}});
-  if (const std::string held = loads_held(calibration.cell, touches); !held.empty())
-    report.notes.emplace_back("say.report.note.loads",
-                              std::vector<calib::PhraseValue>{{"loads", held}});
-  if (calibration.update)
-    report.notes.emplace_back(
-        "say.report.note.update",
-        std::vector<calib::PhraseValue>{
-            {"stands_on", calib::calibration_phrase(calibration.update->stands_on)}});
-  report.error_map = calib::error_map(calibration);
-  return report;
-}
-
-}  // namespace
 
 ReportInput report_from_journal(Journal& journal, const SessionRecord& record) {
   const std::vector<calib::Touch> touches = journal.touches(record.id);

@@ -58,19 +58,6 @@ FailurePolicy{F::kUnexpectedEvent,   kAny, false, false, "the cause is not known
 };
 // clang-format on
 
-}  // namespace
-
-std::span<const FailurePolicy> failure_policies() { return kTable; }
-
-const FailurePolicy& aftermath(FailureKind failure, Interruption by) {
-  const auto row = std::find_if(kTable.begin(), kTable.end(), [&](const FailurePolicy& one) {
-    return one.failure == failure && (!one.by || *one.by == by);
-  });
-  return row != kTable.end() ? *row : kTable.back();
-}
-
-namespace {
-
 constexpr std::int64_t kDay = 86400, kMinute = 60;
 /// Above the largest offset from UTC; clock changes are farther apart.
 constexpr std::int64_t kFar = kDay;
@@ -120,7 +107,22 @@ bool begins_on(const WeeklyWindow& weekly, std::chrono::sys_days day) {
   return weekly.days.at(std::chrono::weekday(day).c_encoding());
 }
 
+template <class E>
+E value_of(const std::string& name) {
+  if (const auto value = by_own_name<E, '-'>(name)) return *value;
+  throw std::runtime_error("\"" + printable(name) + "\" is not a decision");
+}
+
 }  // namespace
+
+std::span<const FailurePolicy> failure_policies() { return kTable; }
+
+const FailurePolicy& aftermath(FailureKind failure, Interruption by) {
+  const auto row = std::find_if(kTable.begin(), kTable.end(), [&](const FailurePolicy& one) {
+    return one.failure == failure && (!one.by || *one.by == by);
+  });
+  return row != kTable.end() ? *row : kTable.back();
+}
 
 Window window_on(const WeeklyWindow& weekly, std::chrono::sys_days day) {
   ::tzset();  // the zone may have been changed
@@ -161,16 +163,6 @@ std::string local_time(UtcSeconds at) {
   return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}", time.tm_year + 1900, time.tm_mon + 1,
                      time.tm_mday, time.tm_hour, time.tm_min);
 }
-
-namespace {
-
-template <class E>
-E value_of(const std::string& name) {
-  if (const auto value = by_own_name<E, '-'>(name)) return *value;
-  throw std::runtime_error("\"" + printable(name) + "\" is not a decision");
-}
-
-}  // namespace
 
 Verb verb_of(const std::string& name) { return value_of<Verb>(name); }
 Why why_of(const std::string& name) { return value_of<Why>(name); }

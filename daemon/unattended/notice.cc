@@ -91,6 +91,85 @@ void add_figures(Notice& notice, const std::string& json) {
     notice.news = result.verdict.publish() ? News::kDone : News::kWithheld;
 }
 
+Notice interrupted(std::int64_t session, Journal& journal) {
+  Notice notice;
+  notice.news = News::kInterrupted;
+  notice.session = session;
+  try_to(notice, [&] {
+    const auto record = journal.session(session);
+    if (!record) return;
+    notice.touches = static_cast<std::size_t>(record->touches);
+    notice.cell = record->inputs.cell_name;
+    notice.started = record->started;
+    add_kind(notice, record->inputs);
+  });
+  return notice;
+}
+
+using nlohmann::json;
+
+using calib::Phrase;
+
+class Lines {
+ public:
+  explicit Lines(const calib::Language& language) : language_(language) {}
+
+  std::string words(const Phrase& phrase) const {
+    return printable(calib::words(phrase, language_));
+  }
+  void add(const Phrase& phrase) { body += words(phrase) + "\n"; }
+  /// Adds it if there is such an id.
+  void add_if_known(const std::string& id, const std::vector<calib::PhraseValue>& values) {
+    if (calib::sentence_of(id)) add({id, values});
+  }
+
+  std::string body;
+
+ private:
+  calib::Language language_;
+};
+
+void add_what_to_do(Lines& lines, const Notice& notice) {
+  const Phrase then = notice.anew.empty()
+                          ? Phrase("say.notice.then.resume")
+                          : Phrase("say.notice.then.anew", {{"command", notice.anew}});
+  if (notice.news == News::kDrifted && notice.advice != calib::DriftAdvice::kNone)
+    return lines.add(std::string("checks.advice.") + to_string(notice.advice));
+  const bool given_up = notice.news == News::kFailed || notice.news == News::kAborted;
+  if (!given_up || !notice.failure)
+    return lines.add_if_known(std::string("say.notice.do.") + to_string(notice.news),
+                              {{"then", then}, {"cell", shell_word(notice.cell)}});
+  lines.add_if_known(std::string("failure.") + to_string(notice.failure->kind), {});
+  lines.add_if_known(std::string("do.") + to_string(notice.failure->kind), {{"then", then}});
+}
+
+void add_session(Lines& lines, const Notice& notice) {
+  if (notice.session == 0) return;
+  lines.body += "\n";
+  lines.add({"say.notice.cell", {{"cell", notice.cell}}});
+  const std::string kind = notice.update ? "update" : notice.kind;
+  lines.add(
+      {"say.notice.kind", {{"kind", lines.words("kind." + (kind.empty() ? "unknown" : kind))}}});
+  lines.add({"say.notice.touches", {{"touches", notice.touches}}});
+  if (!notice.ended.empty())
+    lines.add({"say.notice.time", {{"begin", notice.started}, {"end", notice.ended}}});
+  if (notice.near_m) lines.add({"say.notice.near", {{"mm", *notice.near_m * calib::kMmPerM}}});
+  if (notice.over_m) lines.add({"say.notice.over", {{"mm", *notice.over_m * calib::kMmPerM}}});
+  for (const calib::Phrase& one : notice.findings)
+    lines.add({"say.notice.finding", {{"words", one}}});
+  const bool ended = notice.news == News::kDone || notice.news == News::kWithheld ||
+                     notice.news == News::kDrifted || notice.news == News::kUndecided ||
+                     notice.news == News::kRecovered;
+  // Sessions of other kinds have no report.
+  if (ended && notice.kind == to_string(SessionKind::kCalibrate))
+    lines.add({"say.notice.report", {{"session", notice.session}}});
+}
+
+template <class T>
+json or_null(const std::optional<T>& value, double scale) {
+  return value ? json(*value * scale) : json(nullptr);
+}
+
 }  // namespace
 
 News news_of(OutcomeKind outcome) {
@@ -164,25 +243,6 @@ Notice news_of(const Status& status, Journal& journal) {
   return notice;
 }
 
-namespace {
-
-Notice interrupted(std::int64_t session, Journal& journal) {
-  Notice notice;
-  notice.news = News::kInterrupted;
-  notice.session = session;
-  try_to(notice, [&] {
-    const auto record = journal.session(session);
-    if (!record) return;
-    notice.touches = static_cast<std::size_t>(record->touches);
-    notice.cell = record->inputs.cell_name;
-    notice.started = record->started;
-    add_kind(notice, record->inputs);
-  });
-  return notice;
-}
-
-}  // namespace
-
 std::optional<Notice> news_of(const Decision& decision, Journal& journal) {
   if (decision.verb == Verb::kHeld && decision.why == Why::kInterruptedBefore)
     return interrupted(decision.session, journal);
@@ -196,74 +256,6 @@ std::optional<Notice> news_of(const Decision& decision, Journal& journal) {
   notice.why = phrase(decision);
   return notice;
 }
-
-namespace {
-
-using nlohmann::json;
-
-using calib::Phrase;
-
-class Lines {
- public:
-  explicit Lines(const calib::Language& language) : language_(language) {}
-
-  std::string words(const Phrase& phrase) const {
-    return printable(calib::words(phrase, language_));
-  }
-  void add(const Phrase& phrase) { body += words(phrase) + "\n"; }
-  /// Adds it if there is such an id.
-  void add_if_known(const std::string& id, const std::vector<calib::PhraseValue>& values) {
-    if (calib::sentence_of(id)) add({id, values});
-  }
-
-  std::string body;
-
- private:
-  calib::Language language_;
-};
-
-void add_what_to_do(Lines& lines, const Notice& notice) {
-  const Phrase then = notice.anew.empty()
-                          ? Phrase("say.notice.then.resume")
-                          : Phrase("say.notice.then.anew", {{"command", notice.anew}});
-  if (notice.news == News::kDrifted && notice.advice != calib::DriftAdvice::kNone)
-    return lines.add(std::string("checks.advice.") + to_string(notice.advice));
-  const bool given_up = notice.news == News::kFailed || notice.news == News::kAborted;
-  if (!given_up || !notice.failure)
-    return lines.add_if_known(std::string("say.notice.do.") + to_string(notice.news),
-                              {{"then", then}, {"cell", shell_word(notice.cell)}});
-  lines.add_if_known(std::string("failure.") + to_string(notice.failure->kind), {});
-  lines.add_if_known(std::string("do.") + to_string(notice.failure->kind), {{"then", then}});
-}
-
-void add_session(Lines& lines, const Notice& notice) {
-  if (notice.session == 0) return;
-  lines.body += "\n";
-  lines.add({"say.notice.cell", {{"cell", notice.cell}}});
-  const std::string kind = notice.update ? "update" : notice.kind;
-  lines.add(
-      {"say.notice.kind", {{"kind", lines.words("kind." + (kind.empty() ? "unknown" : kind))}}});
-  lines.add({"say.notice.touches", {{"touches", notice.touches}}});
-  if (!notice.ended.empty())
-    lines.add({"say.notice.time", {{"begin", notice.started}, {"end", notice.ended}}});
-  if (notice.near_m) lines.add({"say.notice.near", {{"mm", *notice.near_m * calib::kMmPerM}}});
-  if (notice.over_m) lines.add({"say.notice.over", {{"mm", *notice.over_m * calib::kMmPerM}}});
-  for (const calib::Phrase& one : notice.findings)
-    lines.add({"say.notice.finding", {{"words", one}}});
-  const bool ended = notice.news == News::kDone || notice.news == News::kWithheld ||
-                     notice.news == News::kDrifted || notice.news == News::kUndecided ||
-                     notice.news == News::kRecovered;
-  // Sessions of other kinds have no report.
-  if (ended && notice.kind == to_string(SessionKind::kCalibrate))
-    lines.add({"say.notice.report", {{"session", notice.session}}});
-}
-
-template <class T>
-json or_null(const std::optional<T>& value, double scale) {
-  return value ? json(*value * scale) : json(nullptr);
-}
-
-}  // namespace
 
 Message compose(const Notice& notice, const calib::Language& language, const std::string& host) {
   Lines lines(language);

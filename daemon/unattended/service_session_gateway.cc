@@ -40,12 +40,9 @@ End state_of(const SessionRecord& record) {
 
 End state_of(Phase phase) {
   switch (phase) {
-    case Phase::kDone:
-      return End::kDone;
-    case Phase::kAborted:
-      return End::kAborted;
-    default:
-      return End::kFailed;
+    case Phase::kDone: return End::kDone;
+    case Phase::kAborted: return End::kAborted;
+    default: return End::kFailed;
   }
 }
 
@@ -58,6 +55,8 @@ SessionKind kind_of(const SessionRecord& record) {
   const auto options = options_in(record.inputs);  // none: not usable
   return options ? options->kind : SessionKind::kCalibrate;
 }
+
+constexpr std::chrono::seconds kPeriod{5};
 
 }  // namespace
 
@@ -167,12 +166,6 @@ double ServiceSessionGateway::foreseen_s(const ScheduledSession& session) {
   if (took_s.empty()) return guess_s(session.kind);
   return kSpare * calib::median(std::move(took_s));
 }
-
-namespace {
-
-constexpr std::chrono::seconds kPeriod{5};
-
-}  // namespace
 
 ScheduleThread::ScheduleThread(Schedule& schedule)
     : thread_([this, &schedule](const std::stop_token& stop) {

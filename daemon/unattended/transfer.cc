@@ -32,97 +32,6 @@ std::size_t leave_aside(char*, std::size_t, std::size_t bytes, void* taken) {
   return sum > kMostAnswer ? 0 : bytes;
 }
 
-}  // namespace
-
-Transfer::Transfer(const std::string& url, const std::filesystem::path& ca, double timeout_s)
-    : easy_(::curl_easy_init()), timeout_s_(timeout_s) {
-  if (easy_ == nullptr) throw std::runtime_error("libcurl could not be initialised");
-  set(CURLOPT_ERRORBUFFER, words_);
-  set(CURLOPT_URL, url.c_str());
-  set(CURLOPT_NOSIGNAL, 1L);
-  set(CURLOPT_PROXY, "");
-  set(CURLOPT_TIMEOUT_MS, static_cast<long>(timeout_s * calib::kMsPerS));
-  set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(timeout_s * calib::kMsPerS));
-  set(CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
-  if (ca.empty()) return;
-  set(CURLOPT_CAINFO, ca.c_str());
-  // The system's folder of authorities would be trusted in addition.
-  set(CURLOPT_CAPATH, static_cast<char*>(nullptr));
-}
-
-Transfer::~Transfer() { ::curl_easy_cleanup(easy_); }
-
-void Transfer::checked(::CURLcode code) {
-  if (code != CURLE_OK)
-    throw std::runtime_error(std::string("libcurl: ") + ::curl_easy_strerror(code));
-}
-
-Transfer::End Transfer::run() {
-  std::size_t taken = 0;
-  set(CURLOPT_WRITEFUNCTION, &leave_aside);
-  set(CURLOPT_WRITEDATA, &taken);
-  End end;
-  end.code = ::curl_easy_perform(easy_);
-  long status = 0;
-  ::curl_easy_getinfo(easy_, CURLINFO_RESPONSE_CODE, &status);
-  end.status = static_cast<int>(status);
-  if (end.code == CURLE_OK) return end;
-  const std::string words = printable(words_[0] != '\0' ? words_ : ::curl_easy_strerror(end.code));
-  switch (end.code) {
-    case CURLE_OPERATION_TIMEDOUT:
-      end.why = fmt::format("no answer within {:g} s", timeout_s_);
-      break;
-    case CURLE_COULDNT_RESOLVE_HOST:
-      end.why = "its name cannot be resolved: " + words;
-      break;
-    case CURLE_COULDNT_CONNECT:
-      end.why = "cannot connect: " + words;
-      break;
-    case CURLE_SSL_CONNECT_ERROR:
-    case CURLE_PEER_FAILED_VERIFICATION:
-    case CURLE_SSL_CACERT_BADFILE:
-    case CURLE_USE_SSL_FAILED:
-      end.why = "TLS: " + words;
-      break;
-    default:
-      end.why = words;
-  }
-  return end;
-}
-
-CurlList curl_list(const std::vector<std::string>& lines) {
-  CurlList list(nullptr, &::curl_slist_free_all);
-  for (const std::string& line : lines) {
-    ::curl_slist* longer = ::curl_slist_append(list.get(), line.c_str());
-    if (longer == nullptr) throw std::bad_alloc();
-    list.release();
-    list.reset(longer);
-  }
-  return list;
-}
-
-std::string read_secret(const std::filesystem::path& file) {
-  if (file.empty()) return "";
-  struct ::stat status {};
-  if (::stat(file.c_str(), &status) != 0)
-    throw std::runtime_error(file.string() + ": missing or unreadable");
-  if ((status.st_mode & S_IROTH) != 0)
-    throw std::runtime_error(file.string() + ": readable by every user. Restrict it: chmod o-r " +
-                             file.string());
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  const bool sound =
-      !line.empty() && line.size() <= 1000 &&
-      std::all_of(line.begin(), line.end(), [](char c) { return '!' <= c && c <= '~'; });
-  if (!sound)
-    throw std::runtime_error(file.string() +
-                             ": its first line must be 1 to 1000 visible ASCII characters");
-  return line;
-}
-
-namespace {
-
 constexpr int kTooManyRequests = 429, kRequestTimeout = 408;
 
 std::string text_of(const WebhookUrl& url) {
@@ -139,31 +48,6 @@ Delivery judge(const Transfer::End& end) {
       end.status >= 500 || end.status == kTooManyRequests || end.status == kRequestTimeout;
   return {false, again, fmt::format("answered with status {}", end.status)};
 }
-
-}  // namespace
-
-Delivery post(const WebhookConfig& config, const std::string& secret, const std::string& json) {
-  try {
-    Transfer transfer(text_of(config.url), config.ca, config.timeout_s);
-    std::vector<std::string> headers{"Content-Type: application/json", "Connection: close",
-                                     "Expect:"};
-    if (!secret.empty()) headers.push_back("X-Cellcal-Secret: " + secret);
-    const CurlList list = curl_list(headers);
-    const std::string agent = std::string("cellcald/") + calib::software_version();
-    transfer.set(CURLOPT_PROTOCOLS_STR, "http,https");
-    transfer.set(CURLOPT_PATH_AS_IS, 1L);
-    transfer.set(CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_1));
-    transfer.set(CURLOPT_USERAGENT, agent.c_str());
-    transfer.set(CURLOPT_HTTPHEADER, list.get());
-    transfer.set(CURLOPT_POSTFIELDSIZE_LARGE, static_cast<::curl_off_t>(json.size()));
-    transfer.set(CURLOPT_POSTFIELDS, json.c_str());
-    return judge(transfer.run());
-  } catch (const std::exception& error) {
-    return {false, true, printable(error.what())};
-  }
-}
-
-namespace {
 
 /// RFC 2045: at most 76 characters per line.
 constexpr std::size_t kLongestLine = 72;
@@ -215,39 +99,6 @@ std::string header_words(const std::string& text) {
   put();
   return out;
 }
-
-}  // namespace
-
-std::string mail_text(const MailConfig& config, const Message& message, const std::string& date,
-                      const std::string& id) {
-  std::string to;
-  for (const std::string& one : config.to) to += (to.empty() ? "" : ",\n ") + one;
-  return fmt::format(
-      "From: cellcal <{}>\nTo: {}\nSubject: {}\nDate: {}\nMessage-ID: <{}@{}>\nAuto-Submitted: auto-generated\n"
-      "MIME-Version: 1.0\nContent-Type: text/plain; charset=utf-8\n"
-      "Content-Transfer-Encoding: quoted-printable\n\n{}",
-      config.from, to, header_words(message.subject), date, id,
-      config.from.substr(config.from.find('@') + 1), quoted_printable(message.body));
-}
-
-Delivery send_mail(const MailConfig& config, const std::string& mail,
-                   std::chrono::milliseconds longest) {
-  const std::string program = config.program.string();
-  Child child{.words = {program, "-i", "-f", config.from, "--"},
-              .input = mail,
-              .limit = longest,
-              .environment = {"PATH=/usr/sbin:/usr/bin:/sbin:/bin"}};
-  child.words.insert(child.words.end(), config.to.begin(), config.to.end());
-  const ChildEnd end = run_child(child);
-  if (end.why == ChildEnd::Why::kNotStarted)
-    return {false, false, program + ": " + std::strerror(end.error)};
-  if (end.why != ChildEnd::Why::kEnded) return {false, true, program + " did not end in time"};
-  if (end.status == 0) return {true, false, ""};
-  return {false, end.status == kTryLater || end.status < 0,
-          fmt::format("{} ended with status {}", program, end.status)};
-}
-
-namespace {
 
 std::string text_of(const MailServer& server) {
   const bool v6 = server.host.find(':') != std::string::npos;
@@ -342,6 +193,136 @@ Delivery judge(const Transfer::End& end, const std::vector<std::string>& to,
 }
 
 }  // namespace
+
+Transfer::Transfer(const std::string& url, const std::filesystem::path& ca, double timeout_s)
+    : easy_(::curl_easy_init()), timeout_s_(timeout_s) {
+  if (easy_ == nullptr) throw std::runtime_error("libcurl could not be initialised");
+  set(CURLOPT_ERRORBUFFER, words_);
+  set(CURLOPT_URL, url.c_str());
+  set(CURLOPT_NOSIGNAL, 1L);
+  set(CURLOPT_PROXY, "");
+  set(CURLOPT_TIMEOUT_MS, static_cast<long>(timeout_s * calib::kMsPerS));
+  set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(timeout_s * calib::kMsPerS));
+  set(CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
+  if (ca.empty()) return;
+  set(CURLOPT_CAINFO, ca.c_str());
+  // The system's folder of authorities would be trusted in addition.
+  set(CURLOPT_CAPATH, static_cast<char*>(nullptr));
+}
+
+Transfer::~Transfer() { ::curl_easy_cleanup(easy_); }
+
+void Transfer::checked(::CURLcode code) {
+  if (code != CURLE_OK)
+    throw std::runtime_error(std::string("libcurl: ") + ::curl_easy_strerror(code));
+}
+
+Transfer::End Transfer::run() {
+  std::size_t taken = 0;
+  set(CURLOPT_WRITEFUNCTION, &leave_aside);
+  set(CURLOPT_WRITEDATA, &taken);
+  End end;
+  end.code = ::curl_easy_perform(easy_);
+  long status = 0;
+  ::curl_easy_getinfo(easy_, CURLINFO_RESPONSE_CODE, &status);
+  end.status = static_cast<int>(status);
+  if (end.code == CURLE_OK) return end;
+  const std::string words = printable(words_[0] != '\0' ? words_ : ::curl_easy_strerror(end.code));
+  switch (end.code) {
+    case CURLE_OPERATION_TIMEDOUT:
+      end.why = fmt::format("no answer within {:g} s", timeout_s_);
+      break;
+    case CURLE_COULDNT_RESOLVE_HOST: end.why = "its name cannot be resolved: " + words; break;
+    case CURLE_COULDNT_CONNECT: end.why = "cannot connect: " + words; break;
+    case CURLE_SSL_CONNECT_ERROR:
+    case CURLE_PEER_FAILED_VERIFICATION:
+    case CURLE_SSL_CACERT_BADFILE:
+    case CURLE_USE_SSL_FAILED: end.why = "TLS: " + words; break;
+    default: end.why = words;
+  }
+  return end;
+}
+
+CurlList curl_list(const std::vector<std::string>& lines) {
+  CurlList list(nullptr, &::curl_slist_free_all);
+  for (const std::string& line : lines) {
+    ::curl_slist* longer = ::curl_slist_append(list.get(), line.c_str());
+    if (longer == nullptr) throw std::bad_alloc();
+    list.release();
+    list.reset(longer);
+  }
+  return list;
+}
+
+std::string read_secret(const std::filesystem::path& file) {
+  if (file.empty()) return "";
+  struct ::stat status {};
+  if (::stat(file.c_str(), &status) != 0)
+    throw std::runtime_error(file.string() + ": missing or unreadable");
+  if ((status.st_mode & S_IROTH) != 0)
+    throw std::runtime_error(file.string() + ": readable by every user. Restrict it: chmod o-r " +
+                             file.string());
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  const bool sound =
+      !line.empty() && line.size() <= 1000 &&
+      std::all_of(line.begin(), line.end(), [](char c) { return '!' <= c && c <= '~'; });
+  if (!sound)
+    throw std::runtime_error(file.string() +
+                             ": its first line must be 1 to 1000 visible ASCII characters");
+  return line;
+}
+
+Delivery post(const WebhookConfig& config, const std::string& secret, const std::string& json) {
+  try {
+    Transfer transfer(text_of(config.url), config.ca, config.timeout_s);
+    std::vector<std::string> headers{"Content-Type: application/json", "Connection: close",
+                                     "Expect:"};
+    if (!secret.empty()) headers.push_back("X-Cellcal-Secret: " + secret);
+    const CurlList list = curl_list(headers);
+    const std::string agent = std::string("cellcald/") + calib::software_version();
+    transfer.set(CURLOPT_PROTOCOLS_STR, "http,https");
+    transfer.set(CURLOPT_PATH_AS_IS, 1L);
+    transfer.set(CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_1));
+    transfer.set(CURLOPT_USERAGENT, agent.c_str());
+    transfer.set(CURLOPT_HTTPHEADER, list.get());
+    transfer.set(CURLOPT_POSTFIELDSIZE_LARGE, static_cast<::curl_off_t>(json.size()));
+    transfer.set(CURLOPT_POSTFIELDS, json.c_str());
+    return judge(transfer.run());
+  } catch (const std::exception& error) {
+    return {false, true, printable(error.what())};
+  }
+}
+
+std::string mail_text(const MailConfig& config, const Message& message, const std::string& date,
+                      const std::string& id) {
+  std::string to;
+  for (const std::string& one : config.to) to += (to.empty() ? "" : ",\n ") + one;
+  return fmt::format(
+      "From: cellcal <{}>\nTo: {}\nSubject: {}\nDate: {}\nMessage-ID: <{}@{}>\nAuto-Submitted: auto-generated\n"
+      "MIME-Version: 1.0\nContent-Type: text/plain; charset=utf-8\n"
+      "Content-Transfer-Encoding: quoted-printable\n\n{}",
+      config.from, to, header_words(message.subject), date, id,
+      config.from.substr(config.from.find('@') + 1), quoted_printable(message.body));
+}
+
+Delivery send_mail(const MailConfig& config, const std::string& mail,
+                   std::chrono::milliseconds longest) {
+  const std::string program = config.program.string();
+  Child child{.words = {program, "-i", "-f", config.from, "--"},
+              .input = mail,
+              .limit = longest,
+              .environment = {"PATH=/usr/sbin:/usr/bin:/sbin:/bin"}};
+  child.words.insert(child.words.end(), config.to.begin(), config.to.end());
+  const ChildEnd end = run_child(child);
+  if (end.why == ChildEnd::Why::kNotStarted)
+    return {false, false, program + ": " + std::strerror(end.error)};
+  if (end.why != ChildEnd::Why::kEnded) return {false, true, program + " did not end in time"};
+  if (end.status == 0) return {true, false, ""};
+  return {false, end.status == kTryLater || end.status < 0,
+          fmt::format("{} ended with status {}", program, end.status)};
+}
 
 Delivery send_by_smtp(const MailConfig& config, const MailServer& server,
                       const std::string& password, const std::string& mail) {

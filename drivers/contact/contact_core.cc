@@ -155,32 +155,16 @@ void ContactCore::on_frame(const ctp::Frame& frame, TimePoint t_rx, TimePoint ar
   heard_ = true;
   last_frame_ = t_rx;
   switch (frame.type) {
-    case CTP_IDENT:
-      on_ident(ctp::read<ctp::Ident>(frame), t_rx);
-      break;
-    case CTP_STATUS:
-      on_status(ctp::read<ctp::Status>(frame), t_rx);
-      break;
-    case CTP_TRIP:
-      on_trip(ctp::read<ctp::Trip>(frame), frame.seq, t_rx);
-      break;
+    case CTP_IDENT: on_ident(ctp::read<ctp::Ident>(frame), t_rx); break;
+    case CTP_STATUS: on_status(ctp::read<ctp::Status>(frame), t_rx); break;
+    case CTP_TRIP: on_trip(ctp::read<ctp::Trip>(frame), frame.seq, t_rx); break;
     case CTP_CONTACT:
     case CTP_REVOKED:
-    case CTP_RELEASE:
-      on_event(frame, t_rx);
-      break;
-    case CTP_PONG:
-      on_pong(ctp::read<ctp::Pong>(frame), t_rx, arrived);
-      break;
-    case CTP_NAK:
-      on_nak(ctp::read<ctp::Nak>(frame), t_rx);
-      break;
-    case CTP_BOARD:
-      board_ = flaws_of(ctp::read<ctp::Board>(frame));
-      break;
-    case CTP_RELAY_STATE:
-      on_relay(ctp::read<ctp::RelayState>(frame), t_rx);
-      break;
+    case CTP_RELEASE: on_event(frame, t_rx); break;
+    case CTP_PONG: on_pong(ctp::read<ctp::Pong>(frame), t_rx, arrived); break;
+    case CTP_NAK: on_nak(ctp::read<ctp::Nak>(frame), t_rx); break;
+    case CTP_BOARD: board_ = flaws_of(ctp::read<ctp::Board>(frame)); break;
+    case CTP_RELAY_STATE: on_relay(ctp::read<ctp::RelayState>(frame), t_rx); break;
     default:  // LOG: diagnostic text; shows only that the sensor is alive
       break;
   }
@@ -317,8 +301,7 @@ void ContactCore::on_event(const ctp::Frame& frame, TimePoint now) {
   seen_.push(event.event);
   bounces_ += event.bounces;
   // Repeated after a newer one, or after a heartbeat, it does not change the level.
-  const bool newest =
-      !newest_event_ || static_cast<std::int16_t>(event.event - *newest_event_) > 0;
+  const bool newest = !newest_event_ || static_cast<std::int16_t>(event.event - *newest_event_) > 0;
   if (newest) newest_event_ = event.event;
   ContactRecord record;
   record.kind = ContactEventKind::kRevoked;
@@ -394,26 +377,13 @@ void ContactCore::on_nak(const ctp::Nak& nak, TimePoint now) {
   } else if (nak.of_type == CTP_ARM && arming_ == Arming::kAsking) {
     ArmRefusal why = ArmRefusal::kUnknownReason;
     switch (nak.reason) {
-      case CTP_NAK_IN_CONTACT:
-        why = ArmRefusal::kInContact;
-        break;
-      case CTP_NAK_LOOP_BROKEN:
-        why = ArmRefusal::kLoopBroken;
-        break;
-      case CTP_NAK_VOLTAGE_UNDEFINED:
-        why = ArmRefusal::kVoltageUndefined;
-        break;
-      case CTP_NAK_SELF_TEST_OLD:
-        why = ArmRefusal::kSelfTestOld;
-        break;
-      case CTP_NAK_BAD_ARGUMENT:
-        why = ArmRefusal::kBadArgument;
-        break;
-      case CTP_NAK_BAD_VERSION:
-        why = ArmRefusal::kBadVersion;
-        break;
-      default:
-        break;
+      case CTP_NAK_IN_CONTACT: why = ArmRefusal::kInContact; break;
+      case CTP_NAK_LOOP_BROKEN: why = ArmRefusal::kLoopBroken; break;
+      case CTP_NAK_VOLTAGE_UNDEFINED: why = ArmRefusal::kVoltageUndefined; break;
+      case CTP_NAK_SELF_TEST_OLD: why = ArmRefusal::kSelfTestOld; break;
+      case CTP_NAK_BAD_ARGUMENT: why = ArmRefusal::kBadArgument; break;
+      case CTP_NAK_BAD_VERSION: why = ArmRefusal::kBadVersion; break;
+      default: break;
     }
     arming_ = Arming::kNone;
     answer(why, request_.arm_id, now);

@@ -33,14 +33,10 @@ Sentence loop_words(const ContactFacts& f) {
   if (f.relay == ContactRelay::kOpen) return "say.contact.loop.relay_open";
   switch (f.loop_flaw) {
     case LoopFlaw::kNone:  // repaired; not yet confirmed by the self-test
-    case LoopFlaw::kGunBreak:
-      return with_volts("say.contact.loop.gun_break", f);
-    case LoopFlaw::kGunShort:
-      return "say.contact.loop.gun_short";
-    case LoopFlaw::kEarthBreak:
-      return "say.contact.loop.earth_break";
-    case LoopFlaw::kEarthShort:
-      return "say.contact.loop.earth_short";
+    case LoopFlaw::kGunBreak: return with_volts("say.contact.loop.gun_break", f);
+    case LoopFlaw::kGunShort: return "say.contact.loop.gun_short";
+    case LoopFlaw::kEarthBreak: return "say.contact.loop.earth_break";
+    case LoopFlaw::kEarthShort: return "say.contact.loop.earth_short";
     case LoopFlaw::kEarthUnwatched:
       return {"say.contact.loop.earth_unwatched", {{"firmware", firmware_of(f)}}};
   }
@@ -49,39 +45,27 @@ Sentence loop_words(const ContactFacts& f) {
 
 Sentence fault_words(const ContactFacts& f) {
   switch (f.fault) {
-    case ContactFault::kNone:
-      return {};
+    case ContactFault::kNone: return {};
     case ContactFault::kVersion:
       return {"say.contact.fault.version",
               {{"found", f.version},
                {"firmware", firmware_of(f)},
                {"own", static_cast<int>(CTP_VERSION)}}};
-    case ContactFault::kLostState:
-      return {"say.contact.fault.lost_state", {{"boot", f.boot_id}}};
-    case ContactFault::kConfigRefused:
-      return "say.contact.fault.config_refused";
-    case ContactFault::kLoopBroken:
-      return sentences(loop_words(f), "say.contact.test_again");
-    case ContactFault::kSelfTestFailed:
-      return with_volts("say.contact.fault.self_test", f);
-    case ContactFault::kDeaf:
-      return "say.contact.fault.deaf";
+    case ContactFault::kLostState: return {"say.contact.fault.lost_state", {{"boot", f.boot_id}}};
+    case ContactFault::kConfigRefused: return "say.contact.fault.config_refused";
+    case ContactFault::kLoopBroken: return sentences(loop_words(f), "say.contact.test_again");
+    case ContactFault::kSelfTestFailed: return with_volts("say.contact.fault.self_test", f);
+    case ContactFault::kDeaf: return "say.contact.fault.deaf";
     case ContactFault::kDamaged:
       return {"say.contact.fault.damaged", {{"frames", f.quality.crc_errors}}};
-    case ContactFault::kSilent:
-      return {"say.contact.fault.silent", {{"s", f.silent_s}}};
-    case ContactFault::kDeliveredLate:
-      return identified_again(late_words(f));
-    case ContactFault::kNoRelay:
-      return "say.contact.fault.no_relay";
-    case ContactFault::kRelayStaysOpen:
-      return "say.contact.fault.relay_stays_open";
-    case ContactFault::kRelayWelded:
-      return "say.contact.fault.relay_welded";
+    case ContactFault::kSilent: return {"say.contact.fault.silent", {{"s", f.silent_s}}};
+    case ContactFault::kDeliveredLate: return identified_again(late_words(f));
+    case ContactFault::kNoRelay: return "say.contact.fault.no_relay";
+    case ContactFault::kRelayStaysOpen: return "say.contact.fault.relay_stays_open";
+    case ContactFault::kRelayWelded: return "say.contact.fault.relay_welded";
     case ContactFault::kBaud:
       return {"say.contact.fault.baud", {{"bytes", f.bytes}, {"baud", f.baud}}};
-    case ContactFault::kClockJumped:
-      return identified_again("say.contact.fault.clock_jumped");
+    case ContactFault::kClockJumped: return identified_again("say.contact.fault.clock_jumped");
   }
   return {};
 }
@@ -103,12 +87,9 @@ Sentence hello_words(const ContactFacts& f) {
 
 Sentence step_words(const ContactFacts& f) {
   switch (f.step) {
-    case ContactStep::kClosed:
-      return "say.contact.closed";
-    case ContactStep::kHello:
-      return hello_words(f);
-    case ContactStep::kConfig:
-      return "say.contact.configuring";
+    case ContactStep::kClosed: return "say.contact.closed";
+    case ContactStep::kHello: return hello_words(f);
+    case ContactStep::kConfig: return "say.contact.configuring";
     case ContactStep::kClock:
       if (f.waiting_s < kMuteS || !(f.quality.clock_sigma_s > f.clock_limit_s))
         return "say.contact.synchronising";
@@ -117,8 +98,7 @@ Sentence step_words(const ContactFacts& f) {
       if (f.touching_at_self_test || f.in_contact == true) return "say.contact.touching";
       if (f.relay == ContactRelay::kOpen) return "say.contact.relay_closing";
       return "say.contact.testing";
-    case ContactStep::kReady:
-      return {};
+    case ContactStep::kReady: return {};
   }
   return {};
 }
@@ -131,38 +111,25 @@ Sentence not_ready(const Sentence& why) {
 Sentence refusal_words(const ArmAnswer& a) {
   const ContactFacts& f = a.facts;
   switch (a.refusal) {
-    case ArmRefusal::kNone:
-      return {};
-    case ArmRefusal::kNotReady:
-      return not_ready(words_of(f));
-    case ArmRefusal::kBusy:
-      return "say.contact.refused.busy";
-    case ArmRefusal::kInContact:
-      return with_volts("say.contact.refused.in_contact", f);
-    case ArmRefusal::kLoopBroken:
-      return loop_words(f);
-    case ArmRefusal::kVoltageUndefined:
-      return with_volts("say.contact.refused.voltage", f);
+    case ArmRefusal::kNone: return {};
+    case ArmRefusal::kNotReady: return not_ready(words_of(f));
+    case ArmRefusal::kBusy: return "say.contact.refused.busy";
+    case ArmRefusal::kInContact: return with_volts("say.contact.refused.in_contact", f);
+    case ArmRefusal::kLoopBroken: return loop_words(f);
+    case ArmRefusal::kVoltageUndefined: return with_volts("say.contact.refused.voltage", f);
     case ArmRefusal::kClockNotSynchronised:
       if (f.quality.clock_sigma_s > 0.0 && f.quality.clock_sigma_s <= f.clock_limit_s)
         return {"say.contact.refused.no_pings", {{"s", f.unanswered_s}}};
       return with_clock("say.contact.refused.clock", f);
-    case ArmRefusal::kSelfTestOld:
-      return "say.contact.refused.self_test_old";
+    case ArmRefusal::kSelfTestOld: return "say.contact.refused.self_test_old";
     case ArmRefusal::kBadArgument:
       return {"say.contact.refused.bad_argument", {{"arming", a.arm_id}}};
-    case ArmRefusal::kBadVersion:
-      return "say.contact.refused.version";
-    case ArmRefusal::kNoAnswer:
-      return "say.contact.refused.no_answer";
-    case ArmRefusal::kLinkLost:
-      return "say.contact.refused.link_lost";
-    case ArmRefusal::kWithdrawn:
-      return "say.contact.refused.withdrawn";
-    case ArmRefusal::kTrippedAtOnce:
-      return "say.contact.refused.tripped_at_once";
-    case ArmRefusal::kUnknownReason:
-      return "say.contact.refused.unknown";
+    case ArmRefusal::kBadVersion: return "say.contact.refused.version";
+    case ArmRefusal::kNoAnswer: return "say.contact.refused.no_answer";
+    case ArmRefusal::kLinkLost: return "say.contact.refused.link_lost";
+    case ArmRefusal::kWithdrawn: return "say.contact.refused.withdrawn";
+    case ArmRefusal::kTrippedAtOnce: return "say.contact.refused.tripped_at_once";
+    case ArmRefusal::kUnknownReason: return "say.contact.refused.unknown";
   }
   return {};
 }
@@ -174,14 +141,10 @@ Sentence end_words(const ContactFacts& f) {
     case ArmEnd::kDeliveredLate:
       return {"say.contact.ended.late",
               {{"ms", std::ceil(f.end_late_s * kMsPerS)}, {"limit", f.end_limit_s * kMsPerS}}};
-    case ArmEnd::kSilence:
-      return "say.contact.ended.silence";
-    case ArmEnd::kExpired:
-      return "say.contact.ended.expired";
-    case ArmEnd::kSensorDisarmed:
-      return "say.contact.ended.disarmed";
-    default:
-      return {};
+    case ArmEnd::kSilence: return "say.contact.ended.silence";
+    case ArmEnd::kExpired: return "say.contact.ended.expired";
+    case ArmEnd::kSensorDisarmed: return "say.contact.ended.disarmed";
+    default: return {};
   }
 }
 

@@ -185,10 +185,8 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     }
     const std::string warned = keeper_.warning();
     s.warning = warned;
-    if (!warned.empty())
-      s.words = with_note(s.words, {"say.contact.warning", {{"words", warned}}});
-    if (p.unsent > 0)
-      s.words = with_note(s.words, {"say.contact.unsent", {{"frames", p.unsent}}});
+    if (!warned.empty()) s.words = with_note(s.words, {"say.contact.warning", {{"words", warned}}});
+    if (p.unsent > 0) s.words = with_note(s.words, {"say.contact.unsent", {{"frames", p.unsent}}});
     return s;
   }
 
@@ -337,12 +335,8 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   void obey(const Command& c) {
     const TimePoint now = Steady::now();
     switch (c.kind) {
-      case Command::Kind::kArm:
-        core_.arm(c.arm_id, c.lifetime, now);
-        break;
-      case Command::Kind::kDisarm:
-        core_.disarm(now);
-        break;
+      case Command::Kind::kArm: core_.arm(c.arm_id, c.lifetime, now); break;
+      case Command::Kind::kDisarm: core_.disarm(now); break;
       case Command::Kind::kSelfTest:
         core_.self_test(now);
         ++tests_begun_;

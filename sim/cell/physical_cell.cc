@@ -31,6 +31,9 @@ double outside_m(const TrueFace& face, const Eigen::Vector3d& p) {
   return std::hypot(aside, beyond);
 }
 
+constexpr double kLeastKgPerM = 25.0, kMostKgPerM = 60.0;
+constexpr double kBesideM = 0.04;
+
 }  // namespace
 
 /// A controller may have more axes than carry the tip.
@@ -104,13 +107,6 @@ double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad, double war
       depth = std::max(depth, kNeckRadiusM - outside_m(face, end));
   return depth;
 }
-
-namespace {
-
-constexpr double kLeastKgPerM = 25.0, kMostKgPerM = 60.0;
-constexpr double kBesideM = 0.04;
-
-}  // namespace
 
 void assign_masses(calib::Robot& robot, calib::Random& random) {
   if (std::any_of(robot.joints.begin(), robot.joints.end(),

@@ -206,16 +206,13 @@ Eigen::VectorXd drawn_errors(const calib::ArmModel& arm, const TruthOptions& opt
         errors[i] =
             (is_fast(options, parameter) ? wave_sigma_rad(options) : parameter.sigma) * draw;
         break;
-      case calib::ParameterKind::kTcp:
-        errors[i] = parameter.sigma * draw;
-        break;
+      case calib::ParameterKind::kTcp: errors[i] = parameter.sigma * draw; break;
       case calib::ParameterKind::kPositioner:
         errors[i] = calib::is_positioner_compliance(parameter)
                         ? parameter.sigma * std::abs(draw)
                         : options.geometry_scale * parameter.sigma * draw;
         break;
-      default:
-        errors[i] = options.geometry_scale * parameter.sigma * draw;
+      default: errors[i] = options.geometry_scale * parameter.sigma * draw;
     }
   }
   return errors;
@@ -245,6 +242,15 @@ Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell, in
   place.pretranslate(shift);
   return place;
 }
+
+/// Above the distance of any back-off, and below that of every path to another touch.
+constexpr double kAwayM = 0.005;
+/// Distance at which a new closing is drawn; above the range of the noise.
+constexpr double kOpenM = 0.0003;
+constexpr double kLargestSigma = 2.5;
+constexpr double kLeastChipM = 0.0003, kMostChipM = 0.001;
+/// Independent of the draws of the arm.
+constexpr std::uint64_t kOwnDraws = 104729;
 
 }  // namespace
 
@@ -283,19 +289,6 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
   truth.held = options.held;
   return truth;
 }
-
-namespace {
-
-/// Above the distance of any back-off, and below that of every path to another touch.
-constexpr double kAwayM = 0.005;
-/// Distance at which a new closing is drawn; above the range of the noise.
-constexpr double kOpenM = 0.0003;
-constexpr double kLargestSigma = 2.5;
-constexpr double kLeastChipM = 0.0003, kMostChipM = 0.001;
-/// Independent of the draws of the arm.
-constexpr std::uint64_t kOwnDraws = 104729;
-
-}  // namespace
 
 EarlyContact::EarlyContact(const ContactScatter& scatter, std::uint64_t seed)
     : scatter_(scatter), random_(seed + kOwnDraws) {

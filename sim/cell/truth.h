@@ -64,8 +64,8 @@ struct TruthOptions {
   /// Shift of the tip on the flange after the spheres' places were taught: a knock.
   Eigen::Vector3d tool_shift_m = Eigen::Vector3d::Zero();
   std::optional<calib::Load> held{};  ///< by the tools, once the spheres' places were taught
-  double growth = 0.0;              ///< relative growth of all the arm's lengths, warmed up
-  double warm_up_s = 60.0;          ///< time constant of the warm-up
+  double growth = 0.0;                ///< relative growth of all the arm's lengths, warmed up
+  double warm_up_s = 60.0;            ///< time constant of the warm-up
   ContactScatter contacts{};
   /// Deviation of the artefact from its taught place, as a rigid body, 1 sigma.
   double placement_m = 0.001;
@@ -80,8 +80,8 @@ struct TrueFace {
 };
 
 struct Truth {
-  calib::ArmModel arm;                    ///< with gears added if requested
-  Eigen::VectorXd errors;                 ///< true values of arm.parameters()
+  calib::ArmModel arm;     ///< with gears added if requested
+  Eigen::VectorXd errors;  ///< true values of arm.parameters()
   /// Per target of the cell, in the true frame of the positioner's axis that carries it, else the
   /// true base frame.
   std::vector<Eigen::Vector3d> centre_m;

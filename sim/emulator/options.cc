@@ -38,66 +38,6 @@ void add_scaled(CLI::App& app, const char* name, double& value, double unit, dou
       ->check(within(0.0, most));
 }
 
-}  // namespace
-
-void add_truth_options(CLI::App& app, EmulatorOptions& options) {
-  app.add_option("--cell", options.cell, "Cell file")->required()->check(CLI::ExistingFile);
-  app.add_option("--seed", options.truth.seed, "Seed of the hidden errors")->capture_default_str();
-  app.add_option("--scale", options.truth.geometry_scale,
-                 "Geometric errors in units of the robot file's tolerances")
-      ->capture_default_str()
-      ->check(within(0.0, 100.0));
-  app.add_option("--deflection", options.truth.deflection,
-                 "Bending of the tool c_t [1/(N m^2)]; negative: drawn from its prior")
-      ->capture_default_str()
-      ->check(within(-1.0, 1.0));
-  app.add_option_function<double>(
-         "--placement", [&options](double mm) { options.truth.placement_m = mm * 1e-3; },
-         "Distance of all spheres from their places in the cell file [mm], 1 sigma; default 1")
-      ->check(within(0.0, 100.0));
-  app.add_option("--gear-arcsec", options.truth.gear_arcsec,
-                 "Transmission error, 1 sigma per harmonic")
-      ->capture_default_str()
-      ->check(within(0.0, 1000.0));
-  app.add_option("--wave-arcsec", options.truth.wave_arcsec,
-                 "Six waves of 5 to 35 per turn of each joint, rms, 1 sigma")
-      ->capture_default_str()
-      ->check(within(0.0, 1000.0));
-  app.add_option("--compliance-sigma-rad-per-nm", options.truth.compliance_rad_per_nm,
-                 "Compliance of each joint under its load, 1 sigma; 0: the robot file's")
-      ->capture_default_str()
-      ->check(within(0.0, 1e-3));
-  app.add_option("--play-arcsec", options.truth.play_arcsec,
-                 "Half of each joint's play, to the side of its load, 1 sigma")
-      ->capture_default_str()
-      ->check(within(0.0, 1000.0));
-  add_scaled(app, "--tip-offset-mm", options.truth.tip_offset_m, 1e-3, 10.0,
-             "Deviation of the tip from the cell file [mm], at most, along each axis");
-  add_scaled(app, "--growth-ppm", options.truth.growth, 1e-6, 1000.0,
-             "Growth of all lengths of the arm from cold to warmed up [ppm]");
-  app.add_option("--warm-up-s", options.truth.warm_up_s,
-                 "Time constant of the growth, from power on [s]")
-      ->capture_default_str()
-      ->check(within(1.0, 1e5));
-  add_scaled(app, "--contact-noise-mm", options.truth.contacts.noise_m, 1e-3,
-             kMostContactNoiseM * 1e3, "Noise of each closing of the circuit [mm], 1 sigma");
-  add_scaled(app, "--bad-contact-percent", options.truth.contacts.bad_share, 1e-2, 100.0,
-             "Share of the touches with a chip of 0.3 to 1 mm between tip and sphere [%]");
-}
-
-std::pair<std::string, std::uint16_t> address_of(const char* option, const std::string& text) {
-  const auto colon = text.rfind(':');
-  std::uint16_t port = 0;
-  const char* end = text.data() + text.size();
-  const char* digits = colon == std::string::npos ? end : text.data() + colon + 1;
-  const auto [stop, error] = std::from_chars(digits, end, port);
-  if (error != std::errc() || stop != end || port < 1)
-    throw CLI::ValidationError(option, "\"" + text + "\" is not ADDRESS:PORT");
-  return {text.substr(0, colon), port};
-}
-
-namespace {
-
 /// Protocol of the controller and its peer.
 void add_wire_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option_function<std::string>(
@@ -191,18 +131,6 @@ void add_sensor_options(CLI::App& app, EmulatorOptions& options) {
       ->check(CLI::IsMember({"wire-broken", "stuck-open", "silent", "no-spheres"}));
 }
 
-}  // namespace
-
-void add_options(CLI::App& app, EmulatorOptions& options) {
-  add_truth_options(app, options);
-  add_wire_options(app, options);
-  add_controller_options(app, options);
-  add_sensor_options(app, options);
-  add_rsi_options(app, options);
-}
-
-namespace {
-
 template <typename Value>
 void add_choice(CLI::App& app, const char* name, const char* text, Value& value,
                 const std::vector<std::pair<std::string, Value>>& choices) {
@@ -281,68 +209,6 @@ void add_limits(CLI::App& app, EmulatorOptions& options) {
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e7));
 }
-
-}  // namespace
-
-void add_rsi_options(CLI::App& app, EmulatorOptions& options) {
-  ControllerConfig& controller = options.controller;
-  CLI::Option* file =
-      app.add_option_function<std::string>(
-             "--rsi-xml", [&options](const std::string& path) { load_channel(path, options); },
-             "RSI ethernet file, cellcal's or any other: SENTYPE, elements and their order, "
-             "HOLDON, and the port if --pc is not given")
-          ->check(CLI::ExistingFile);
-  app.add_option("--rsi-context", options.rsi_context,
-                 "RSI's context (.rsi.xml or .rsix): release, Precision, Timeout, limits; packets "
-                 "then go to the file's address, too")
-      ->check(CLI::ExistingFile)
-      ->needs(file);
-  app.add_option(
-         "--rsi-version", options.rsi_version,
-         "Release of the controller's RSI, 3 to 6: a context of another one is refused, and "
-         "6 (iiQKA.OS2) has the cycle of 4 ms alone. Default: the context's")
-      ->check(CLI::Range(3, 6));
-  add_names(app, controller, file);
-  add_choice<RsiMode>(app, "--mode", "Argument of RSI_ON", controller.mode,
-                      {{"absolute", RsiMode::kAbsolute}, {"relative", RsiMode::kRelative}});
-  add_choice<CorrectionFrame>(app, "--correction-frame", "RefCorrSys of Cartesian corrections",
-                              controller.cartesian_system,
-                              {{"base", CorrectionFrame::kBase}, {"tool", CorrectionFrame::kTool}});
-  add_choice<RsiStop>(app, "--stop-mode", "Mode of the STOP object", controller.stop_mode,
-                      {{"0", RsiStop::kInfo},
-                       {"1", RsiStop::kPathStop},
-                       {"2", RsiStop::kSpeedStop},
-                       {"3", RsiStop::kFastStop},
-                       {"4", RsiStop::kExitMoveCorr}});
-  app.add_option("--precision", controller.precision,
-                 "Decimals of the packets; KUKA's default is 1")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 12));
-  app.add_option("--timeout-cycles", controller.timeout_cycles,
-                 "Late replies until KSS29002, ETHERNET's Timeout")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1000000));
-  app.add_flag("--timeout-total", controller.timeout_counts_total,
-               "They count over the whole session, not in a row");
-  app.add_option("--ipoc-step", controller.ipoc_step,
-                 "IPOC per packet; 0: the cycle's milliseconds")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1000));
-  app.add_flag_function(
-      "--krc2",
-      [&controller](std::int64_t) {
-        controller.first_frame_only_ipoc = true;
-        controller.cycle_ms = 12;
-      },
-      "As a KRC2 with RSI 2: 12 ms, and a first packet with IPOC alone");
-  add_limits(app, options);
-  app.add_option("--control", options.control,
-                 std::string("FIFO (made if missing) or \"-\" that takes the operator's commands, "
-                             "one per line. ") +
-                     control_help());
-}
-
-namespace {
 
 using drivers::RsiChannelFile;
 using drivers::RsiContextFile;
@@ -500,6 +366,128 @@ void check_release(const RsiContextFile& context, EmulatorOptions& options) {
 }
 
 }  // namespace
+
+void add_truth_options(CLI::App& app, EmulatorOptions& options) {
+  app.add_option("--cell", options.cell, "Cell file")->required()->check(CLI::ExistingFile);
+  app.add_option("--seed", options.truth.seed, "Seed of the hidden errors")->capture_default_str();
+  app.add_option("--scale", options.truth.geometry_scale,
+                 "Geometric errors in units of the robot file's tolerances")
+      ->capture_default_str()
+      ->check(within(0.0, 100.0));
+  app.add_option("--deflection", options.truth.deflection,
+                 "Bending of the tool c_t [1/(N m^2)]; negative: drawn from its prior")
+      ->capture_default_str()
+      ->check(within(-1.0, 1.0));
+  app.add_option_function<double>(
+         "--placement", [&options](double mm) { options.truth.placement_m = mm * 1e-3; },
+         "Distance of all spheres from their places in the cell file [mm], 1 sigma; default 1")
+      ->check(within(0.0, 100.0));
+  app.add_option("--gear-arcsec", options.truth.gear_arcsec,
+                 "Transmission error, 1 sigma per harmonic")
+      ->capture_default_str()
+      ->check(within(0.0, 1000.0));
+  app.add_option("--wave-arcsec", options.truth.wave_arcsec,
+                 "Six waves of 5 to 35 per turn of each joint, rms, 1 sigma")
+      ->capture_default_str()
+      ->check(within(0.0, 1000.0));
+  app.add_option("--compliance-sigma-rad-per-nm", options.truth.compliance_rad_per_nm,
+                 "Compliance of each joint under its load, 1 sigma; 0: the robot file's")
+      ->capture_default_str()
+      ->check(within(0.0, 1e-3));
+  app.add_option("--play-arcsec", options.truth.play_arcsec,
+                 "Half of each joint's play, to the side of its load, 1 sigma")
+      ->capture_default_str()
+      ->check(within(0.0, 1000.0));
+  add_scaled(app, "--tip-offset-mm", options.truth.tip_offset_m, 1e-3, 10.0,
+             "Deviation of the tip from the cell file [mm], at most, along each axis");
+  add_scaled(app, "--growth-ppm", options.truth.growth, 1e-6, 1000.0,
+             "Growth of all lengths of the arm from cold to warmed up [ppm]");
+  app.add_option("--warm-up-s", options.truth.warm_up_s,
+                 "Time constant of the growth, from power on [s]")
+      ->capture_default_str()
+      ->check(within(1.0, 1e5));
+  add_scaled(app, "--contact-noise-mm", options.truth.contacts.noise_m, 1e-3,
+             kMostContactNoiseM * 1e3, "Noise of each closing of the circuit [mm], 1 sigma");
+  add_scaled(app, "--bad-contact-percent", options.truth.contacts.bad_share, 1e-2, 100.0,
+             "Share of the touches with a chip of 0.3 to 1 mm between tip and sphere [%]");
+}
+
+std::pair<std::string, std::uint16_t> address_of(const char* option, const std::string& text) {
+  const auto colon = text.rfind(':');
+  std::uint16_t port = 0;
+  const char* end = text.data() + text.size();
+  const char* digits = colon == std::string::npos ? end : text.data() + colon + 1;
+  const auto [stop, error] = std::from_chars(digits, end, port);
+  if (error != std::errc() || stop != end || port < 1)
+    throw CLI::ValidationError(option, "\"" + text + "\" is not ADDRESS:PORT");
+  return {text.substr(0, colon), port};
+}
+
+void add_options(CLI::App& app, EmulatorOptions& options) {
+  add_truth_options(app, options);
+  add_wire_options(app, options);
+  add_controller_options(app, options);
+  add_sensor_options(app, options);
+  add_rsi_options(app, options);
+}
+
+void add_rsi_options(CLI::App& app, EmulatorOptions& options) {
+  ControllerConfig& controller = options.controller;
+  CLI::Option* file =
+      app.add_option_function<std::string>(
+             "--rsi-xml", [&options](const std::string& path) { load_channel(path, options); },
+             "RSI ethernet file, cellcal's or any other: SENTYPE, elements and their order, "
+             "HOLDON, and the port if --pc is not given")
+          ->check(CLI::ExistingFile);
+  app.add_option("--rsi-context", options.rsi_context,
+                 "RSI's context (.rsi.xml or .rsix): release, Precision, Timeout, limits; packets "
+                 "then go to the file's address, too")
+      ->check(CLI::ExistingFile)
+      ->needs(file);
+  app.add_option(
+         "--rsi-version", options.rsi_version,
+         "Release of the controller's RSI, 3 to 6: a context of another one is refused, and "
+         "6 (iiQKA.OS2) has the cycle of 4 ms alone. Default: the context's")
+      ->check(CLI::Range(3, 6));
+  add_names(app, controller, file);
+  add_choice<RsiMode>(app, "--mode", "Argument of RSI_ON", controller.mode,
+                      {{"absolute", RsiMode::kAbsolute}, {"relative", RsiMode::kRelative}});
+  add_choice<CorrectionFrame>(app, "--correction-frame", "RefCorrSys of Cartesian corrections",
+                              controller.cartesian_system,
+                              {{"base", CorrectionFrame::kBase}, {"tool", CorrectionFrame::kTool}});
+  add_choice<RsiStop>(app, "--stop-mode", "Mode of the STOP object", controller.stop_mode,
+                      {{"0", RsiStop::kInfo},
+                       {"1", RsiStop::kPathStop},
+                       {"2", RsiStop::kSpeedStop},
+                       {"3", RsiStop::kFastStop},
+                       {"4", RsiStop::kExitMoveCorr}});
+  app.add_option("--precision", controller.precision,
+                 "Decimals of the packets; KUKA's default is 1")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 12));
+  app.add_option("--timeout-cycles", controller.timeout_cycles,
+                 "Late replies until KSS29002, ETHERNET's Timeout")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000000));
+  app.add_flag("--timeout-total", controller.timeout_counts_total,
+               "They count over the whole session, not in a row");
+  app.add_option("--ipoc-step", controller.ipoc_step,
+                 "IPOC per packet; 0: the cycle's milliseconds")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000));
+  app.add_flag_function(
+      "--krc2",
+      [&controller](std::int64_t) {
+        controller.first_frame_only_ipoc = true;
+        controller.cycle_ms = 12;
+      },
+      "As a KRC2 with RSI 2: 12 ms, and a first packet with IPOC alone");
+  add_limits(app, options);
+  app.add_option("--control", options.control,
+                 std::string("FIFO (made if missing) or \"-\" that takes the operator's commands, "
+                             "one per line. ") +
+                     control_help());
+}
 
 void apply_context(const RsiContextFile& context, const RsiChannelFile& channel,
                    ControllerConfig& controller) {

@@ -27,11 +27,11 @@ struct EmulatorOptions {
   bool absolute_accuracy = false;      ///< the controller computes with the true lengths and angles
   std::string stated_robot;            ///< or with another robot file; empty: the cell's
   std::vector<double> stated_tool_mm;  ///< X Y Z of another $TOOL; empty: the program's
-  std::vector<std::string> eki_xml;  ///< channel files of the emulated controller
-  std::string listen;                ///< address for EKI; empty: 127.0.0.1
-  std::string rsi_xml;               ///< RSI's ethernet file; empty: defined by the options
-  std::string rsi_context;           ///< its context (.rsi.xml, .rsix); empty: likewise
-  int rsi_version = 0;               ///< of the controller; 0: the context's
+  std::vector<std::string> eki_xml;    ///< channel files of the emulated controller
+  std::string listen;                  ///< address for EKI; empty: 127.0.0.1
+  std::string rsi_xml;                 ///< RSI's ethernet file; empty: defined by the options
+  std::string rsi_context;             ///< its context (.rsi.xml, .rsix); empty: likewise
+  int rsi_version = 0;                 ///< of the controller; 0: the context's
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
   bool pc_port_given = false;

@@ -133,8 +133,8 @@ void Controller::start_program() {
     start.high_deg.push_back(limit_at(place, config_.clamp_deg, config_.clamp_external));
     start.low_deg.push_back(-start.high_deg.back());
   }
-  if (!program_.start(on_wire(actual_), on_wire(config_.soft_min_rad), on_wire(config_.soft_max_rad),
-                     start))
+  if (!program_.start(on_wire(actual_), on_wire(config_.soft_min_rad),
+                      on_wire(config_.soft_max_rad), start))
     return end(RsiPhase::kFaulted, program_.message());
   low_deg_ = start.low_deg;
   high_deg_ = start.high_deg;
@@ -239,7 +239,8 @@ std::optional<std::vector<double>> Controller::corrected() const {
 }
 
 // Fault of the motion system for the next setpoint; empty: none.
-std::string Controller::objection(const std::vector<double>& next, const std::vector<double>& speed) const {
+std::string Controller::objection(const std::vector<double>& next,
+                                  const std::vector<double>& speed) const {
   const double dt = 1e-3 * config_.cycle_ms;
   for (std::size_t i = 0; i < axes_; ++i) {
     if ((i < config_.soft_min_rad.size() && next[i] < config_.soft_min_rad[i]) ||
@@ -270,8 +271,8 @@ void Controller::apply() {
   if (!fault.empty()) return end(RsiPhase::kFaulted, fault);
   const auto next = corrected();
   if (!next) {
-    return end(RsiPhase::kFaulted, config_.arm ? "Work envelope exceeded"
-                                              : "POSCORR: no geometry of the arm is known");
+    return end(RsiPhase::kFaulted,
+               config_.arm ? "Work envelope exceeded" : "POSCORR: no geometry of the arm is known");
   }
   std::vector<double> speed(axes_);
   for (std::size_t i = 0; i < axes_; ++i)

@@ -57,16 +57,16 @@ struct ControllerConfig : drivers::RsiNames {
 
   RsiMode mode = RsiMode::kAbsolute;
   RsiStop stop_mode = RsiStop::kExitMoveCorr;
-  int timeout_cycles = 100;                              ///< late replies tolerated before KSS29002
+  int timeout_cycles = 100;  ///< late replies tolerated before KSS29002
   /// After an emergency stop packets and RSI continue with the arm stopped; after its release, Start
   /// moves the arm to its correction. False: RSI ends. The behaviour of each release is unknown.
   bool rsi_outlives_stop = false;
-  bool timeout_counts_total = false;                     ///< the meaning of KUKA's count is unknown
-  bool first_frame_only_ipoc = false;                    ///< as in RSI 2
-  double clamp_deg = 90.0;                               ///< AXISCORR's limit: clamps silently
+  bool timeout_counts_total = false;   ///< the meaning of KUKA's count is unknown
+  bool first_frame_only_ipoc = false;  ///< as in RSI 2
+  double clamp_deg = 90.0;             ///< AXISCORR's limit: clamps silently
   /// cellcal_rsi.src, executed around RSI_ON; empty: one that sets no limits and leaves `mode`.
   std::string program;
-  double monitor_deg = 90.0;                             ///< AXISCORRMON: stops with KSS29000
+  double monitor_deg = 90.0;  ///< AXISCORRMON: stops with KSS29000
   /// AXISCORREXT's limits of E1 on and AXISCORRMON's [deg], of a linear unit [mm]; beyond their ends: wide.
   std::vector<double> clamp_external, monitor_external;
   double clamp_mm = 1000.0, clamp_turn_deg = 180.0;      ///< POSCORR's, likewise
@@ -75,7 +75,7 @@ struct ControllerConfig : drivers::RsiNames {
   std::shared_ptr<const CartesianArm> arm;  ///< null: RIst is 0, Cartesian corrections are a fault
   /// Model of the arm in RIst alone, such as an absolutely accurate one; null: `arm`.
   std::shared_ptr<const CartesianArm> states;
-  std::vector<double> max_speed_rad_s;      ///< per axis, 'Command velocity' fault; empty: no check
+  std::vector<double> max_speed_rad_s;  ///< per axis, 'Command velocity' fault; empty: no check
   /// Per axis, 'Command gear torque' fault: maximum of the drives. Empty: no check.
   std::vector<double> max_acceleration_rad_s2;
   std::vector<double> soft_min_rad, soft_max_rad;  ///< software limit switches; empty: none
@@ -108,7 +108,9 @@ class Controller {
   /// True position of the arm [rad] at t, from the last tick up to the next, following the current
   /// setpoint.
   std::vector<double> actual_rad_at(drivers::TimePoint t) const;
-  std::vector<double> setpoint_rad() const { return setpoint_; }  ///< start pose plus current correction
+  std::vector<double> setpoint_rad() const {
+    return setpoint_;
+  }  ///< start pose plus current correction
   /// Current one of the axes, clamped: A1 to A6, E1 on [deg], of a linear unit [mm].
   std::vector<double> correction_deg() const { return axis_deg_; }
   const KukaFrame& cartesian_correction() const { return frame_; }  ///< current [mm, deg]
@@ -140,7 +142,9 @@ class Controller {
   /// Faults. The arm keeps its position although the setpoint moves (drives off, brake closed).
   void block_drives(bool blocked) { blocked_ = blocked; }
   /// An axis follows no command, and moves by this per second, radians or metres; nullopt ends it.
-  void slide(std::size_t axis, std::optional<double> per_s) { sliding_ = axis, slide_per_s_ = per_s; }
+  void slide(std::size_t axis, std::optional<double> per_s) {
+    sliding_ = axis, slide_per_s_ = per_s;
+  }
   /// Sets the arm to a pose; only while RSI does not run.
   void place(const std::vector<double>& pose_rad);
 
@@ -173,8 +177,8 @@ class Controller {
   int override_percent_ = 100;
   std::string message_;
   std::vector<double> base_, setpoint_, actual_, speed_rad_s_;
-  std::vector<double> inputs_;             // outputs of the ETHERNET object, one per received value
-  std::vector<double> axis_deg_;           // current corrections, in the wire's order
+  std::vector<double> inputs_;    // outputs of the ETHERNET object, one per received value
+  std::vector<double> axis_deg_;  // current corrections, in the wire's order
   std::vector<double> low_deg_, high_deg_;  // their limits
   KukaFrame frame_{};
   drivers::TimePoint tick_at_{};

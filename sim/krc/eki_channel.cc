@@ -231,15 +231,13 @@ void EkiChannel::receive(std::string_view bytes) {
   for (const char c : bytes) {
     if (!connected_) return;
     switch (framer_.push(c)) {
-      case drivers::EkiFramer::Event::kNone:
-        break;
+      case drivers::EkiFramer::Event::kNone: break;
       case drivers::EkiFramer::Event::kDocument:
         size = framer_.document().size();
         if (size > config_.bytes) return overflow("telegram longer than BUFFSIZE");
         take(framer_.document());
         break;
-      case drivers::EkiFramer::Event::kOversized:
-        return overflow("telegram without an end");
+      case drivers::EkiFramer::Event::kOversized: return overflow("telegram without an end");
     }
   }
 }

@@ -20,9 +20,8 @@ void clear_all(Value& value) {
 
 drivers::EkiFrameValues EkiController::frame(drivers::EkiFrameKind kind, int number) {
   const bool tool = kind == drivers::EkiFrameKind::kTool;
-  const auto& parts = system(tool ? "TOOL_DATA" : "BASE_DATA")
-                          .parts.at(static_cast<std::size_t>(number) - 1)
-                          .parts;
+  const auto& parts =
+      system(tool ? "TOOL_DATA" : "BASE_DATA").parts.at(static_cast<std::size_t>(number) - 1).parts;
   drivers::EkiFrameValues values{};
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = parts[i].r;
   return values;

@@ -131,14 +131,10 @@ std::string override_text(double percent, int decimals) {
 
 std::string text_of(const RsiSentValue& value, const RsiValues& values, int decimals) {
   switch (value.of) {
-    case RsiSentValue::Of::kMode:
-      return std::to_string(values.mode);
-    case RsiSentValue::Of::kOverride:
-      return override_text(values.override_percent, decimals);
-    case RsiSentValue::Of::kInput:
-      return values.input_on ? "1" : "0";
-    case RsiSentValue::Of::kConstant:
-      break;
+    case RsiSentValue::Of::kMode: return std::to_string(values.mode);
+    case RsiSentValue::Of::kOverride: return override_text(values.override_percent, decimals);
+    case RsiSentValue::Of::kInput: return values.input_on ? "1" : "0";
+    case RsiSentValue::Of::kConstant: break;
   }
   return value.constant;
 }
@@ -204,12 +200,8 @@ std::string format_packet(const RsiChannelConfig& channel, const RsiValues& v, i
   out.put("<Rob Type=\"KUKA\">");
   for (const RsiSent& sent : channel.send) {
     switch (sent.source) {
-      case RsiSource::kActualFrame:
-        out.frame(sent.name, v.actual_frame, decimals);
-        break;
-      case RsiSource::kSetpointFrame:
-        out.frame(sent.name, v.setpoint_frame, decimals);
-        break;
+      case RsiSource::kActualFrame: out.frame(sent.name, v.actual_frame, decimals); break;
+      case RsiSource::kSetpointFrame: out.frame(sent.name, v.setpoint_frame, decimals); break;
       case RsiSource::kActualAxes:
         out.element(sent.name, 'A', six(v.actual_deg, 0), decimals);
         break;
@@ -225,9 +217,7 @@ std::string format_packet(const RsiChannelConfig& channel, const RsiValues& v, i
       case RsiSource::kDelay:
         out.put("<").put(sent.name).put(" D=\"").put(v.delay).put("\"/>");
         break;
-      case RsiSource::kConstant:
-        put_values(out, sent, v, decimals);
-        break;
+      case RsiSource::kConstant: put_values(out, sent, v, decimals); break;
     }
   }
   out.put("<IPOC>").put(v.ipoc).put("</IPOC></Rob>");

@@ -111,33 +111,19 @@ bool Interpreter::step(double now_s) {
 void Interpreter::access(const Instruction& one, Frame& frame) {
   const auto a = static_cast<std::size_t>(one.a);
   switch (one.op) {
-    case Op::kConstant:
-      values_.push_back(frame.routine->constants[a]);
-      break;
-    case Op::kGlobal:
-      references_.push_back({&one.variable->value, one.variable, 0});
-      break;
+    case Op::kConstant: values_.push_back(frame.routine->constants[a]); break;
+    case Op::kGlobal: references_.push_back({&one.variable->value, one.variable, 0}); break;
     case Op::kLocal:
       if (a < frame.given.size() && frame.given[a].at != nullptr)
         references_.push_back(frame.given[a]);
       else
         references_.push_back({&frame.locals[a], nullptr, 0});
       break;
-    case Op::kField:
-      references_.back().at = &references_.back().at->parts[a];
-      break;
-    case Op::kIndex:
-      index(one.a);
-      break;
-    case Op::kLoad:
-      load();
-      break;
-    case Op::kStore:
-      store();
-      break;
-    case Op::kNew:
-      values_.emplace_back(*one.type);
-      break;
+    case Op::kField: references_.back().at = &references_.back().at->parts[a]; break;
+    case Op::kIndex: index(one.a); break;
+    case Op::kLoad: load(); break;
+    case Op::kStore: store(); break;
+    case Op::kNew: values_.emplace_back(*one.type); break;
     default: {  // kSetPart
       const Value part = pop();
       assign(values_.back().parts[a], part);
@@ -319,23 +305,14 @@ void Interpreter::drop(std::size_t frames) {
 
 bool Interpreter::control(const Instruction& one, Frame& frame, double now_s) {
   switch (one.op) {
-    case Op::kJump:
-      frame.at = static_cast<std::size_t>(one.a);
-      return true;
+    case Op::kJump: frame.at = static_cast<std::size_t>(one.a); return true;
     case Op::kJumpFalse:
       if (!pop().truth()) frame.at = static_cast<std::size_t>(one.a);
       return true;
-    case Op::kCall:
-      call(*one.routine);
-      return true;
-    case Op::kNative:
-      native(*one.routine);
-      return state_ == State::kRunning;
-    case Op::kDrop:
-      values_.pop_back();
-      return true;
-    case Op::kReturn:
-      return give_back(one);
+    case Op::kCall: call(*one.routine); return true;
+    case Op::kNative: native(*one.routine); return state_ == State::kRunning;
+    case Op::kDrop: values_.pop_back(); return true;
+    case Op::kReturn: return give_back(one);
     case Op::kWaitFor:
       if (pop().truth()) return true;
       frame.at = static_cast<std::size_t>(one.a);
@@ -369,12 +346,8 @@ bool Interpreter::control(const Instruction& one, Frame& frame, double now_s) {
       if (!in_interrupt()) throw RunError("BRAKE outside an interrupt's sub-program");
       if (mover_ != nullptr) mover_->brake(one.a != 0);
       return true;
-    case Op::kResume:
-      resume();
-      return true;
-    default:
-      command(one, frame);
-      return true;
+    case Op::kResume: resume(); return true;
+    default: command(one, frame); return true;
   }
 }
 

@@ -32,6 +32,15 @@ void put(Value& value, const Eigen::Isometry3d& pose) {
     value.parts[i].set(i < 3 ? frame.xyz_mm[i] : frame.abc_deg[i - 3]);
 }
 
+std::string module_of(const std::string& file) {
+  const std::string stem = file.substr(file.find_last_of("/\\") + 1);
+  return source::upper_case(stem.substr(0, stem.find_last_of('.')));
+}
+
+bool is_data(const std::string& file) {
+  return file.size() > 4 && (file.ends_with(".dat") || file.ends_with(".DAT"));
+}
+
 }  // namespace
 
 int Type::index_of(std::string_view word) const {
@@ -145,19 +154,6 @@ Value inverse_frame(const Value& frame) {
   put(result, pose_of(frame).inverse());
   return result;
 }
-
-namespace {
-
-std::string module_of(const std::string& file) {
-  const std::string stem = file.substr(file.find_last_of("/\\") + 1);
-  return source::upper_case(stem.substr(0, stem.find_last_of('.')));
-}
-
-bool is_data(const std::string& file) {
-  return file.size() > 4 && (file.ends_with(".dat") || file.ends_with(".DAT"));
-}
-
-}  // namespace
 
 /// All modules: declarations first, then what refers to them.
 class Loader {

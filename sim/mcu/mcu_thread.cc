@@ -43,6 +43,15 @@ timespec to_timespec(Duration d) {
   return {static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
 }
 
+using drivers::line_rate;
+
+/// Rate of a pseudo-terminal without a configured one.
+constexpr int kUnsetRate = 38400;
+
+constexpr int kWireRate = 100'000'000;
+
+sockaddr* as_sockaddr(sockaddr_in& address) { return reinterpret_cast<sockaddr*>(&address); }
+
 }  // namespace
 
 void Fd::reset(int fd) {
@@ -147,15 +156,6 @@ void McuThread::wait(TimePoint next) {
   [[maybe_unused]] const auto got = ::read(wake_.get(), &drained, sizeof(drained));
 }
 
-namespace {
-
-using drivers::line_rate;
-
-/// Rate of a pseudo-terminal without a configured one.
-constexpr int kUnsetRate = 38400;
-
-}  // namespace
-
 McuPty::McuPty(const McuPtyOptions& options)
     : McuThread(options.mcu, options.realtime), baud_(options.mcu.baud), symlink_(options.symlink) {
   open_terminal();
@@ -235,14 +235,6 @@ bool McuPty::can_wait() {
   operator_present_ = (terminal.revents & POLLHUP) == 0;
   return operator_present_;
 }
-
-namespace {
-
-constexpr int kWireRate = 100'000'000;
-
-sockaddr* as_sockaddr(sockaddr_in& address) { return reinterpret_cast<sockaddr*>(&address); }
-
-}  // namespace
 
 McuOptions on_ethernet(McuOptions options) {
   options.baud = kWireRate;

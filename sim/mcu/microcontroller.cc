@@ -27,20 +27,85 @@ constexpr std::size_t kMostBytes = HOST_MAX_DATAGRAM + 1;
 
 TestPin pin_of(sensor_pull pull) {
   switch (pull) {
-    case SENSOR_PULLED_LOW:
-      return TestPin::kLow;
-    case SENSOR_PULLED_HIGH:
-      return TestPin::kHigh;
-    case SENSOR_LIFTED:
-      return TestPin::kPullUp;
-    default:
-      return TestPin::kReleased;
+    case SENSOR_PULLED_LOW: return TestPin::kLow;
+    case SENSOR_PULLED_HIGH: return TestPin::kHigh;
+    case SENSOR_LIFTED: return TestPin::kPullUp;
+    default: return TestPin::kReleased;
   }
 }
 
 /// As converted by the board: in units of its supply, taken as 5000 mV.
 std::uint16_t millivolts(double v, double supply_v) {
   return static_cast<std::uint16_t>(std::lround(std::clamp(v / supply_v, 0.0, 1.0) * 5e3));
+}
+
+// The board's parts [ohm], as in the schematic.
+constexpr double kFeedOhm = 1e3;         // R1
+constexpr double kPullDownOhm = 47e3;    // R2
+constexpr double kEarthPullUpOhm = 1e3;  // R9
+/// Leakage of air and board, so that no node floats.
+constexpr double kAirOhm = 1e10;
+/// In series with the gun's capacitor: negligible.
+constexpr double kCapacitorOhm = 1e-3;
+
+enum Node : int { kFeed, kFeedEnd, kGun, kSenseEnd, kSense, kFirst, kLast, kBack, kNodes };
+
+/// Nodal analysis: conductances and currents into each node.
+struct Network {
+  using Volts = Eigen::Matrix<double, kNodes, 1>;
+
+  void join(Node a, Node b, double ohm) {
+    siemens(a, a) += 1.0 / ohm;
+    siemens(b, b) += 1.0 / ohm;
+    siemens(a, b) -= 1.0 / ohm;
+    siemens(b, a) -= 1.0 / ohm;
+  }
+  void tie(Node a, double volt, double ohm) {
+    siemens(a, a) += 1.0 / ohm;
+    ampere[a] += volt / ohm;
+  }
+  void drain(Node a, double amperes) { ampere[a] -= amperes; }
+  Volts solve() const { return siemens.llt().solve(ampere); }
+
+  Eigen::Matrix<double, kNodes, kNodes> siemens =
+      Eigen::Matrix<double, kNodes, kNodes>::Identity() / kAirOhm;
+  Volts ampere = Volts::Zero();
+};
+
+Network network_of(const TouchCircuit& c) {
+  Network net;
+  const double supply_v = c.board.supply_v;
+  net.tie(kFeed, supply_v, kFeedOhm);
+  const double plug = c.isolated ? TouchCircuit::kOpen : 0.0;
+  net.join(kFeed, kFeedEnd, c.feed_wire + plug);
+  net.join(kFeedEnd, kGun, c.feed_lug);
+  net.join(kGun, kSenseEnd, c.sense_lug);
+  net.join(kFeedEnd, kSenseEnd, c.between_lugs);
+  net.join(kSenseEnd, kSense, c.sense_end + c.sense_wire + c.board.surge_ohm + plug);
+  net.join(kFeed, kSense, c.feed_to_sense + c.board.surge_ohm);
+  net.tie(kSense, 0.0, kPullDownOhm);
+  net.tie(kSense, supply_v, c.sense_to_supply);
+  net.tie(kGun, 0.0, c.gun_to_earth);
+  net.tie(kFirst, 0.0, c.earth_out + plug);
+  net.join(kFirst, kLast, c.earth_between);
+  net.join(kLast, kBack, c.earth_end + c.earth_back + plug);
+  net.tie(kBack, 0.0, c.earth_to_back);
+  net.tie(kBack, supply_v, kEarthPullUpOhm);
+  if (c.touching) net.join(kGun, kLast, c.touch_ohm);
+  net.drain(kFeed, c.feed_leak_a);
+  net.drain(kSense, c.sense_leak_a);
+  const TestPin pin = c.test_joint_open ? TestPin::kReleased : c.test_pin;
+  if (pin == TestPin::kLow) net.tie(kSense, 0.0, c.board.test_ohm);
+  if (pin == TestPin::kHigh) net.tie(kSense, supply_v, c.board.test_ohm);
+  if (pin == TestPin::kPullUp) net.tie(kSense, supply_v, c.board.pull_up_ohm);
+  return net;
+}
+
+CircuitVoltages as_it_is(const TouchCircuit& c, std::optional<double> gun_v) {
+  Network net = network_of(c);
+  if (gun_v) net.tie(kGun, *gun_v, kCapacitorOhm);
+  const auto volt = net.solve();
+  return {volt[kFeed], volt[kSense], volt[kBack]};
 }
 
 }  // namespace
@@ -341,79 +406,6 @@ std::optional<Microcontroller::Output> Microcontroller::next_output() {
   output_.pop_front();
   return output;
 }
-
-namespace {
-
-// The board's parts [ohm], as in the schematic.
-constexpr double kFeedOhm = 1e3;         // R1
-constexpr double kPullDownOhm = 47e3;    // R2
-constexpr double kEarthPullUpOhm = 1e3;  // R9
-/// Leakage of air and board, so that no node floats.
-constexpr double kAirOhm = 1e10;
-/// In series with the gun's capacitor: negligible.
-constexpr double kCapacitorOhm = 1e-3;
-
-enum Node : int { kFeed, kFeedEnd, kGun, kSenseEnd, kSense, kFirst, kLast, kBack, kNodes };
-
-/// Nodal analysis: conductances and currents into each node.
-struct Network {
-  using Volts = Eigen::Matrix<double, kNodes, 1>;
-
-  void join(Node a, Node b, double ohm) {
-    siemens(a, a) += 1.0 / ohm;
-    siemens(b, b) += 1.0 / ohm;
-    siemens(a, b) -= 1.0 / ohm;
-    siemens(b, a) -= 1.0 / ohm;
-  }
-  void tie(Node a, double volt, double ohm) {
-    siemens(a, a) += 1.0 / ohm;
-    ampere[a] += volt / ohm;
-  }
-  void drain(Node a, double amperes) { ampere[a] -= amperes; }
-  Volts solve() const { return siemens.llt().solve(ampere); }
-
-  Eigen::Matrix<double, kNodes, kNodes> siemens =
-      Eigen::Matrix<double, kNodes, kNodes>::Identity() / kAirOhm;
-  Volts ampere = Volts::Zero();
-};
-
-Network network_of(const TouchCircuit& c) {
-  Network net;
-  const double supply_v = c.board.supply_v;
-  net.tie(kFeed, supply_v, kFeedOhm);
-  const double plug = c.isolated ? TouchCircuit::kOpen : 0.0;
-  net.join(kFeed, kFeedEnd, c.feed_wire + plug);
-  net.join(kFeedEnd, kGun, c.feed_lug);
-  net.join(kGun, kSenseEnd, c.sense_lug);
-  net.join(kFeedEnd, kSenseEnd, c.between_lugs);
-  net.join(kSenseEnd, kSense, c.sense_end + c.sense_wire + c.board.surge_ohm + plug);
-  net.join(kFeed, kSense, c.feed_to_sense + c.board.surge_ohm);
-  net.tie(kSense, 0.0, kPullDownOhm);
-  net.tie(kSense, supply_v, c.sense_to_supply);
-  net.tie(kGun, 0.0, c.gun_to_earth);
-  net.tie(kFirst, 0.0, c.earth_out + plug);
-  net.join(kFirst, kLast, c.earth_between);
-  net.join(kLast, kBack, c.earth_end + c.earth_back + plug);
-  net.tie(kBack, 0.0, c.earth_to_back);
-  net.tie(kBack, supply_v, kEarthPullUpOhm);
-  if (c.touching) net.join(kGun, kLast, c.touch_ohm);
-  net.drain(kFeed, c.feed_leak_a);
-  net.drain(kSense, c.sense_leak_a);
-  const TestPin pin = c.test_joint_open ? TestPin::kReleased : c.test_pin;
-  if (pin == TestPin::kLow) net.tie(kSense, 0.0, c.board.test_ohm);
-  if (pin == TestPin::kHigh) net.tie(kSense, supply_v, c.board.test_ohm);
-  if (pin == TestPin::kPullUp) net.tie(kSense, supply_v, c.board.pull_up_ohm);
-  return net;
-}
-
-CircuitVoltages as_it_is(const TouchCircuit& c, std::optional<double> gun_v) {
-  Network net = network_of(c);
-  if (gun_v) net.tie(kGun, *gun_v, kCapacitorOhm);
-  const auto volt = net.solve();
-  return {volt[kFeed], volt[kSense], volt[kBack]};
-}
-
-}  // namespace
 
 CircuitVoltages TouchCircuit::voltages(std::optional<double> gun_v) const {
   const CircuitVoltages at = as_it_is(*this, gun_v);

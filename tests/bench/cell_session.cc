@@ -1,7 +1,8 @@
 #include "tests/bench/cell_session.h"
-#include "tests/drivers/said.h"
 
 #include <numbers>
+
+#include "tests/drivers/said.h"
 
 namespace cellcal::bench {
 
@@ -105,7 +106,8 @@ std::optional<MoveResult> CellSession::search_with(const std::function<void()>& 
     eventually([&] { return (armed = contact_.poll_arm()).has_value(); });
     if (!armed || armed->refusal != ArmRefusal::kClockNotSynchronised) break;
   }
-  if (!armed || !armed->armed) return spoiled(armed ? drivers::said(armed->why_not) : "no answer to arm()");
+  if (!armed || !armed->armed)
+    return spoiled(armed ? drivers::said(armed->why_not) : "no answer to arm()");
 
   constexpr double kTravelRad = 0.01;  // longer than any search lasts
   forth_ = !forth_;

@@ -212,17 +212,14 @@ void judge(Row& row, const Session& session, Change change, int order, std::mute
     case kSlip:
       row.named[change] += jumped(calib::Jump::What::kJoint, cell.robot.joints[2].name);
       break;
-    case kKnock:
-      row.named[change] += jumped(calib::Jump::What::kTool, "");
-      break;
+    case kKnock: row.named[change] += jumped(calib::Jump::What::kTool, ""); break;
     case kMove: {
       const char* target = row.level.spheres == 0 ? "T1" : "S1";
       row.named[change] += (!c.moved.empty() && c.moved.front().target == target) ||
                            jumped(calib::Jump::What::kTarget, target);
       break;
     }
-    case kChanges:
-      break;
+    case kChanges: break;
   }
 }
 

@@ -23,15 +23,12 @@ constexpr double kTipM = kMarginKept * kTipMarginM, kBodyM = kMarginKept * 0.02;
 /// Similar refusals are counted together; unexpected ones by their message.
 std::string kind_of(const PlanError& refusal) {
   switch (refusal.kind) {
-    case PlanError::Kind::kOutOfReach:
-      return "a target is out of reach";
+    case PlanError::Kind::kOutOfReach: return "a target is out of reach";
     case PlanError::Kind::kInTheWay:
       return refusal.target.empty() ? "something stands where the arm rests"
                                     : "something is in the way to a target";
-    case PlanError::Kind::kTooFew:
-      return "too few touches can be made";
-    default:
-      return refusal.what();
+    case PlanError::Kind::kTooFew: return "too few touches can be made";
+    default: return refusal.what();
   }
 }
 

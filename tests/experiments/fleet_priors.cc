@@ -99,18 +99,13 @@ std::vector<calib::ArmEvidence> poisoned(std::vector<calib::ArmEvidence> arms, d
   for (std::size_t k = 0; k < count; ++k) {
     calib::ArmEvidence& arm = arms[k * arms.size() / count];
     switch (k % 4) {
-      case 0:
-        arm.values *= 100.0;
-        break;
-      case 1:
-        arm.values *= 3.0;
-        break;
+      case 0: arm.values *= 100.0; break;
+      case 1: arm.values *= 3.0; break;
       case 2:
         arm.values *= -1000.0;
         arm.rows *= 500.0;
         break;
-      default:
-        arm.values.setZero();
+      default: arm.values.setZero();
     }
   }
   return arms;

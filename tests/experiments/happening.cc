@@ -47,8 +47,7 @@ Happened happen(const Happening& happening, World& world, calib::Random& random)
       break;
     case ChangeKind::kPositioner:  // not in these worlds
     case ChangeKind::kNothing:
-    case ChangeKind::kTouch:
-      break;
+    case ChangeKind::kTouch: break;
   }
   return happened;
 }

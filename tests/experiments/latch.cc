@@ -183,7 +183,8 @@ Errors measure(Rig& rig, const Line& line, double speed_m_s, int searches, unsig
     in_contact = true;
     at_m = line.touch.expected_m;
     if (!result || result->outcome != MoveOutcome::kContact || !result->latch) {
-      ++errors.failed[result ? std::string(to_string(result->outcome)) + ": " + drivers::said(result->detail)
+      ++errors.failed[result ? std::string(to_string(result->outcome)) + ": " +
+                                   drivers::said(result->detail)
                              : "no end of the search"];
       continue;
     }

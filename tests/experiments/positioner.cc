@@ -63,8 +63,7 @@ class TruePositioner {
     for (std::size_t j = 0; j < angles_rad.size(); ++j) {
       const Axis& axis = axes_[j];
       const Vector3d give = axis.drawn * axis.give_rad_per_nm.cwiseProduct(moment_nm[j]);
-      all = all * Translation3d(axis.point_m) *
-            AngleAxisd(give.norm(), give.stableNormalized()) *
+      all = all * Translation3d(axis.point_m) * AngleAxisd(give.norm(), give.stableNormalized()) *
             AngleAxisd(axis.angle(angles_rad[j]), axis.direction) * Translation3d(-axis.point_m);
     }
     return all;

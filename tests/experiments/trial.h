@@ -62,7 +62,7 @@ struct Outcome {
   double nominal_m3 = 0, field = 0, alike = 0;  ///< predicted and reported by the estimator
   NominalFigure nominal_workspace, nominal_near;
   bool published = false, estimated = false;
-  bool unchecked = false;  ///< the verdict warns of a touch that the others do not check
+  bool unchecked = false;          ///< the verdict warns of a touch that the others do not check
   int waves = 0, false_waves = 0;  ///< found in the joints; matching no wave of the true gear
   std::string why_not;
 };

@@ -152,21 +152,11 @@ TrueArm::TrueArm(const calib::Cell& cell, const TruthSettings& s, calib::Random&
     for (const calib::JointError e : j.errors) {
       const double n = random.normal();
       switch (e) {
-        case calib::JointError::kTheta:
-          t.offset += angle_sigma * n;
-          break;
-        case calib::JointError::kD:
-          t.d += length_sigma * n;
-          break;
-        case calib::JointError::kA:
-          t.a += length_sigma * n;
-          break;
-        case calib::JointError::kAlpha:
-          t.alpha += angle_sigma * n;
-          break;
-        case calib::JointError::kBeta:
-          t.beta += angle_sigma * n;
-          break;
+        case calib::JointError::kTheta: t.offset += angle_sigma * n; break;
+        case calib::JointError::kD: t.d += length_sigma * n; break;
+        case calib::JointError::kA: t.a += length_sigma * n; break;
+        case calib::JointError::kAlpha: t.alpha += angle_sigma * n; break;
+        case calib::JointError::kBeta: t.beta += angle_sigma * n; break;
       }
     }
     const std::size_t index = joints_.size();

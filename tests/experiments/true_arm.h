@@ -18,7 +18,7 @@ enum class Gears {
   kHarmonics,  ///< orders 1 and 2 of the axis angle
   kSpectrum,   ///< orders 1 to 5 falling off, one fast order per joint, and load-dependent backlash
   kWaves,      ///< of strain-wave gears: six waves of 5 to 35 periods per turn and two slow ones
-  kMixed,     ///< per joint: nothing, waves, one with flat halves, or one that decays from a spot
+  kMixed,      ///< per joint: nothing, waves, one with flat halves, or one that decays from a spot
 };
 
 struct TruthSettings {

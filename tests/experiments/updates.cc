@@ -155,16 +155,11 @@ double log_uniform(double low, double high, calib::Random& random) {
 
 Happening drawn(ChangeKind kind, calib::Random& random) {
   switch (kind) {
-    case ChangeKind::kTool:
-      return {kind, log_uniform(0.2e-3, 3e-3, random)};
-    case ChangeKind::kSphere:
-      return {kind, log_uniform(0.5e-3, 5e-3, random)};
-    case ChangeKind::kJoint:
-      return {kind, log_uniform(0.3e-3, 3e-3, random)};
-    case ChangeKind::kGrowth:
-      return {kind, log_uniform(100e-6, 300e-6, random)};
-    default:
-      return {};
+    case ChangeKind::kTool: return {kind, log_uniform(0.2e-3, 3e-3, random)};
+    case ChangeKind::kSphere: return {kind, log_uniform(0.5e-3, 5e-3, random)};
+    case ChangeKind::kJoint: return {kind, log_uniform(0.3e-3, 3e-3, random)};
+    case ChangeKind::kGrowth: return {kind, log_uniform(100e-6, 300e-6, random)};
+    default: return {};
   }
 }
 

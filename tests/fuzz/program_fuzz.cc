@@ -97,8 +97,7 @@ void rewrite(const daemon::krl::ProgramFiles& files) {
 void correct(const calib::Calibration& c, const daemon::krl::ProgramFiles& files) {
   const CorrectedProgram result = correct_program(c, files);
   require(result.files.empty() != result.refusals.empty(), "files beside refusals, or neither");
-  for (const auto& one : result.refusals)
-    require(!words(one, c.cell.robot).empty(), "no words");
+  for (const auto& one : result.refusals) require(!words(one, c.cell.robot).empty(), "no words");
   if (result.files.empty()) return;
   require(without_numbers(result.files[0].text) == without_numbers(files.src.text), "the .src");
   require(without_numbers(result.files[1].text) == without_numbers(files.dat->text), "the .dat");

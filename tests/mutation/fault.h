@@ -63,23 +63,23 @@ struct Left {
   Op op;
 };
 
-#define FAULTS_RELATION(NAME, SIGN, SHIFTED)                                              \
-  struct NAME {                                                                           \
-    int shift, turn;                                                                      \
-    constexpr NAME(int s, int t) : shift(s), turn(t) {}                                   \
-  };                                                                                      \
-  template <class A>                                                                      \
-  constexpr Left<NAME, A> operator SIGN(const A& a, NAME op) {                            \
-    return {a, op};                                                                       \
-  }                                                                                       \
-  template <class A, class B>                                                             \
-  constexpr bool operator SIGN(Left<NAME, A> l, const B& b) {                             \
-    if constexpr (std::is_floating_point_v<A> || std::is_floating_point_v<B>) {           \
-      impossible(l.op.shift);                                                             \
-    } else if (on(l.op.shift)) {                                                          \
-      return l.a SHIFTED b;                                                               \
-    }                                                                                     \
-    return (l.a SIGN b) != on(l.op.turn);                                                 \
+#define FAULTS_RELATION(NAME, SIGN, SHIFTED)                                    \
+  struct NAME {                                                                 \
+    int shift, turn;                                                            \
+    constexpr NAME(int s, int t) : shift(s), turn(t) {}                         \
+  };                                                                            \
+  template <class A>                                                            \
+  constexpr Left<NAME, A> operator SIGN(const A& a, NAME op) {                  \
+    return {a, op};                                                             \
+  }                                                                             \
+  template <class A, class B>                                                   \
+  constexpr bool operator SIGN(Left<NAME, A> l, const B& b) {                   \
+    if constexpr (std::is_floating_point_v<A> || std::is_floating_point_v<B>) { \
+      impossible(l.op.shift);                                                   \
+    } else if (on(l.op.shift)) {                                                \
+      return l.a SHIFTED b;                                                     \
+    }                                                                           \
+    return (l.a SIGN b) != on(l.op.turn);                                       \
   }
 FAULTS_RELATION(less, <, <=)
 FAULTS_RELATION(at_most, <=, <)
@@ -87,18 +87,18 @@ FAULTS_RELATION(more, >, >=)
 FAULTS_RELATION(at_least, >=, >)
 #undef FAULTS_RELATION
 
-#define FAULTS_EQUALITY(NAME, SIGN)                               \
-  struct NAME {                                                   \
-    int turn;                                                     \
-    constexpr explicit NAME(int t) : turn(t) {}                   \
-  };                                                              \
-  template <class A>                                              \
-  constexpr Left<NAME, A> operator SIGN(const A& a, NAME op) {    \
-    return {a, op};                                               \
-  }                                                               \
-  template <class A, class B>                                     \
-  constexpr bool operator SIGN(Left<NAME, A> l, const B& b) {     \
-    return (l.a SIGN b) != on(l.op.turn);                         \
+#define FAULTS_EQUALITY(NAME, SIGN)                            \
+  struct NAME {                                                \
+    int turn;                                                  \
+    constexpr explicit NAME(int t) : turn(t) {}                \
+  };                                                           \
+  template <class A>                                           \
+  constexpr Left<NAME, A> operator SIGN(const A& a, NAME op) { \
+    return {a, op};                                            \
+  }                                                            \
+  template <class A, class B>                                  \
+  constexpr bool operator SIGN(Left<NAME, A> l, const B& b) {  \
+    return (l.a SIGN b) != on(l.op.turn);                      \
   }
 FAULTS_EQUALITY(equal, ==)
 FAULTS_EQUALITY(unequal, !=)
@@ -134,8 +134,10 @@ FAULTS_SUM(minus, -, +)
 /// Adds one to an integer; doubles a floating-point number, and replaces 0.0 by 1.0.
 template <class T>
 constexpr T wrong_number(T value) {
-  if constexpr (std::is_floating_point_v<T>) return value == T(0) ? T(1) : T(2) * value;
-  else return static_cast<T>(value + 1);
+  if constexpr (std::is_floating_point_v<T>)
+    return value == T(0) ? T(1) : T(2) * value;
+  else
+    return static_cast<T>(value + 1);
 }
 template <class T>
 constexpr T number(int fault, T value) {

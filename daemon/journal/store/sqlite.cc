@@ -10,10 +10,8 @@ namespace {
 
 const char* advice(int code) {
   switch (code & 0xff) {
-    case SQLITE_FULL:
-      return "the disk is full. Make room (what was recorded before is safe)";
-    case SQLITE_IOERR:
-      return "the disk reports errors. Check it";
+    case SQLITE_FULL: return "the disk is full. Make room (what was recorded before is safe)";
+    case SQLITE_IOERR: return "the disk reports errors. Check it";
     case SQLITE_READONLY:
     case SQLITE_PERM:
     case SQLITE_CANTOPEN:
@@ -23,10 +21,8 @@ const char* advice(int code) {
       return "the file is damaged or no journal. Move it aside with its -wal and -shm files and "
              "keep it; the daemon begins a new one";
     case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-      return "used by another program. Check whether a second cellcald runs";
-    default:
-      return "see the message";
+    case SQLITE_LOCKED: return "used by another program. Check whether a second cellcald runs";
+    default: return "see the message";
   }
 }
 
@@ -142,16 +138,11 @@ bool Statement::is_null(int column) { return sqlite3_column_type(handle_, column
 
 Value Statement::value(int column) {
   switch (sqlite3_column_type(handle_, column)) {
-    case SQLITE_INTEGER:
-      return integer(column);
-    case SQLITE_FLOAT:
-      return number(column);
-    case SQLITE_TEXT:
-      return text(column);
-    case SQLITE_BLOB:
-      return Blob{text(column)};
-    default:
-      return {};
+    case SQLITE_INTEGER: return integer(column);
+    case SQLITE_FLOAT: return number(column);
+    case SQLITE_TEXT: return text(column);
+    case SQLITE_BLOB: return Blob{text(column)};
+    default: return {};
   }
 }
 

@@ -41,6 +41,24 @@ std::optional<Head> head_of(std::string_view line) {
   return head;
 }
 
+constexpr mode_t kLockMode = 0640;
+
+/// True if `path` still refers to the locked file.
+bool is_at(const std::filesystem::path& path, int descriptor) {
+  struct stat by_name {
+  }, by_descriptor{};
+  return ::stat(path.c_str(), &by_name) == 0 && ::fstat(descriptor, &by_descriptor) == 0 &&
+         by_name.st_dev == by_descriptor.st_dev && by_name.st_ino == by_descriptor.st_ino;
+}
+
+struct stat stat_of(const std::filesystem::path& file, const std::filesystem::path& journal) {
+  struct stat info {};
+  if (::stat(file.c_str(), &info) == 0) return info;
+  throw JournalError("journal " + journal.string() + ": " + file.filename().string() +
+                     " is gone (" + std::strerror(errno) +
+                     ") while this daemon writes to it. Put it back, and restart cellcald");
+}
+
 }  // namespace
 
 HeadFile::HeadFile(std::filesystem::path path, std::filesystem::path journal)
@@ -87,20 +105,6 @@ void HeadFile::write(const Head& head) {
   next_line_ = 1 - next_line_;
 }
 
-namespace {
-
-constexpr mode_t kLockMode = 0640;
-
-/// True if `path` still refers to the locked file.
-bool is_at(const std::filesystem::path& path, int descriptor) {
-  struct stat by_name {
-  }, by_descriptor{};
-  return ::stat(path.c_str(), &by_name) == 0 && ::fstat(descriptor, &by_descriptor) == 0 &&
-         by_name.st_dev == by_descriptor.st_dev && by_name.st_ino == by_descriptor.st_ino;
-}
-
-}  // namespace
-
 LockFile::LockFile(const std::filesystem::path& path, const std::filesystem::path& journal) {
   const std::string name = "journal " + journal.string();
   while (true) {
@@ -128,18 +132,6 @@ LockFile::LockFile(const std::filesystem::path& path, const std::filesystem::pat
 }
 
 LockFile::~LockFile() { ::close(descriptor_); }
-
-namespace {
-
-struct stat stat_of(const std::filesystem::path& file, const std::filesystem::path& journal) {
-  struct stat info {};
-  if (::stat(file.c_str(), &info) == 0) return info;
-  throw JournalError("journal " + journal.string() + ": " + file.filename().string() +
-                     " is gone (" + std::strerror(errno) +
-                     ") while this daemon writes to it. Put it back, and restart cellcald");
-}
-
-}  // namespace
 
 FileWatch::FileWatch(std::filesystem::path journal, const std::vector<std::filesystem::path>& files)
     : journal_(std::move(journal)) {

@@ -283,15 +283,9 @@ fields::Value<Metric> metric() {
                 if (!value.is_number_integer()) at.fail("must be a whole number");
                 one.value = value.get<std::int64_t>();
                 return one;
-              case DataType::kDouble:
-                one.value = at.number();
-                return one;
-              case DataType::kBoolean:
-                one.value = at.flag();
-                return one;
-              case DataType::kString:
-                one.value = at.text();
-                return one;
+              case DataType::kDouble: one.value = at.number(); return one;
+              case DataType::kBoolean: one.value = at.flag(); return one;
+              case DataType::kString: one.value = at.text(); return one;
             }
             reader.at("type").fail("is none");
           }};

@@ -34,6 +34,63 @@ auto asked(F of_the_journal) try {
   throw OutboxError(failed.what());
 }
 
+SessionState state_of(RecordState state) {
+  using enum RecordState;
+  static constexpr EnumTable<RecordState, SessionState> kTable{
+      {{kRunning, SessionState::kRunning},
+       {kInterrupted, SessionState::kInterrupted},
+       {kAborted, SessionState::kAborted},
+       {kFailed, SessionState::kFailed},
+       {kDone, SessionState::kDone},
+       {kDamaged, SessionState::kRunning}}};
+  return kTable[state];
+}
+
+std::string purpose_of(const std::optional<SessionOptions>& options) {
+  if (!options) return "unknown";
+  return options->update ? "update" : to_string(options->kind);
+}
+
+/// [identity] of the cell file, which was valid when the session began.
+std::string serial_of(const SessionInputs& inputs) {
+  const calib::TomlTable cell = calib::TomlTable::parse(inputs.cell_text, inputs.cell_name);
+  return cell.table_or_empty("identity").string_or("robot_serial", "");
+}
+
+std::optional<double> if_any(double metres) {
+  return metres > 0.0 ? std::optional(metres) : std::nullopt;
+}
+
+/// Mean; none where no poses can be found.
+std::optional<double> u95_of(const calib::Calibration& result,
+                             const std::vector<calib::Touch>& touches, bool workspace) try {
+  const auto scope = calib::apart_in_scope(nullptr, result, touches, workspace);
+  return scope ? std::optional(scope->mean_u95_m) : std::nullopt;
+} catch (const std::exception&) {  // the calibration is reported without it
+  return std::nullopt;
+}
+
+Held held_of(OutcomeKind kind) {
+  return kind == OutcomeKind::kHolds         ? Held::kYes
+         : kind == OutcomeKind::kDoesNotHold ? Held::kNo
+                                             : Held::kUndecided;
+}
+
+CheckFact check_of(const SessionOptions& options, const SessionRecord& session) {
+  const SessionOutcome& outcome = *session.outcome;
+  CheckFact fact;
+  fact.against = options.against;
+  fact.held = held_of(outcome.kind);
+  if (outcome.tcp_shift) {
+    fact.shift_m = outcome.tcp_shift->shift_m.norm();
+    fact.u_m = outcome.tcp_shift->u_m;
+  }
+  fact.cause = cause_of(outcome);
+  fact.temperature_c = options.temperature_c;
+  fact.document = session.document;
+  return fact;
+}
+
 }  // namespace
 
 JournalOutbox::JournalOutbox(Parts parts)
@@ -133,67 +190,6 @@ FactBody JournalOutbox::body_of(const WaitingReport& row) try {
       fmt::format("{} of session {} could not be published", row.report.kind, row.session),
       failed.what()};
 }
-
-namespace {
-
-SessionState state_of(RecordState state) {
-  using enum RecordState;
-  static constexpr EnumTable<RecordState, SessionState> kTable{
-      {{kRunning, SessionState::kRunning},
-       {kInterrupted, SessionState::kInterrupted},
-       {kAborted, SessionState::kAborted},
-       {kFailed, SessionState::kFailed},
-       {kDone, SessionState::kDone},
-       {kDamaged, SessionState::kRunning}}};
-  return kTable[state];
-}
-
-std::string purpose_of(const std::optional<SessionOptions>& options) {
-  if (!options) return "unknown";
-  return options->update ? "update" : to_string(options->kind);
-}
-
-/// [identity] of the cell file, which was valid when the session began.
-std::string serial_of(const SessionInputs& inputs) {
-  const calib::TomlTable cell = calib::TomlTable::parse(inputs.cell_text, inputs.cell_name);
-  return cell.table_or_empty("identity").string_or("robot_serial", "");
-}
-
-std::optional<double> if_any(double metres) {
-  return metres > 0.0 ? std::optional(metres) : std::nullopt;
-}
-
-/// Mean; none where no poses can be found.
-std::optional<double> u95_of(const calib::Calibration& result,
-                             const std::vector<calib::Touch>& touches, bool workspace) try {
-  const auto scope = calib::apart_in_scope(nullptr, result, touches, workspace);
-  return scope ? std::optional(scope->mean_u95_m) : std::nullopt;
-} catch (const std::exception&) {  // the calibration is reported without it
-  return std::nullopt;
-}
-
-Held held_of(OutcomeKind kind) {
-  return kind == OutcomeKind::kHolds         ? Held::kYes
-         : kind == OutcomeKind::kDoesNotHold ? Held::kNo
-                                             : Held::kUndecided;
-}
-
-CheckFact check_of(const SessionOptions& options, const SessionRecord& session) {
-  const SessionOutcome& outcome = *session.outcome;
-  CheckFact fact;
-  fact.against = options.against;
-  fact.held = held_of(outcome.kind);
-  if (outcome.tcp_shift) {
-    fact.shift_m = outcome.tcp_shift->shift_m.norm();
-    fact.u_m = outcome.tcp_shift->u_m;
-  }
-  fact.cause = cause_of(outcome);
-  fact.temperature_c = options.temperature_c;
-  fact.document = session.document;
-  return fact;
-}
-
-}  // namespace
 
 Report report_of(const FactBody& body) { return report_of(body, worth_of(body)); }
 

@@ -185,8 +185,7 @@ LineFailure MqttLine::Impl::failure_of(int code) const {
     case MOSQ_ERR_PAYLOAD_SIZE:
       return say(LineProblem::kTooLarge,
                  "message larger than its limit. Raise message_size_limit there");
-    default:
-      break;
+    default: break;
   }
   if (is_up) return say(LineProblem::kLost, "connection lost. Connecting again");
   const char* why = code == MOSQ_ERR_ERRNO     ? std::strerror(errno)

@@ -35,6 +35,37 @@ Value<std::string> sound_text(std::size_t longest, const char* may, bool lines) 
           }};
 }
 
+constexpr std::size_t kMost = std::size_t{1} << 28;  // OpenSSL uses int sizes
+static_assert(kMost < std::numeric_limits<int>::max() / 2);
+
+const unsigned char* bytes_of(std::string_view text) {
+  return reinterpret_cast<const unsigned char*>(text.data());
+}
+
+constexpr std::string_view kRoot = "cellcal";
+
+/// Their topics end with a kind or an id.
+bool has_kind(Subject subject) {
+  return subject == Subject::kFact || subject == Subject::kProposal;
+}
+
+bool is_letter(char c) {
+  return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
+         c == '-';
+}
+
+std::vector<std::string_view> levels_of(std::string_view text) {
+  constexpr std::size_t kMost = 6;  // one more than any of these topics
+  std::vector<std::string_view> levels;
+  while (levels.size() < kMost) {
+    const std::size_t end = text.find('/');
+    levels.push_back(text.substr(0, end));
+    if (end == std::string_view::npos) break;
+    text.remove_prefix(end + 1);
+  }
+  return levels;
+}
+
 }  // namespace
 
 Value<std::string> bounded(std::size_t longest) {
@@ -77,17 +108,6 @@ CellName sender(const calib::JsonReader& reader, const char* format, const Topic
   return of;
 }
 
-namespace {
-
-constexpr std::size_t kMost = std::size_t{1} << 28;  // OpenSSL uses int sizes
-static_assert(kMost < std::numeric_limits<int>::max() / 2);
-
-const unsigned char* bytes_of(std::string_view text) {
-  return reinterpret_cast<const unsigned char*>(text.data());
-}
-
-}  // namespace
-
 std::string to_base64(std::string_view bytes) {
   if (bytes.size() > kMost) bytes = bytes.substr(0, kMost);
   std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');
@@ -116,34 +136,6 @@ std::optional<std::string> from_base64(std::string_view text) {
   if (to_base64(bytes) != text) return std::nullopt;  // trailing bits after the last byte
   return bytes;
 }
-
-namespace {
-
-constexpr std::string_view kRoot = "cellcal";
-
-/// Their topics end with a kind or an id.
-bool has_kind(Subject subject) {
-  return subject == Subject::kFact || subject == Subject::kProposal;
-}
-
-bool is_letter(char c) {
-  return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
-         c == '-';
-}
-
-std::vector<std::string_view> levels_of(std::string_view text) {
-  constexpr std::size_t kMost = 6;  // one more than any of these topics
-  std::vector<std::string_view> levels;
-  while (levels.size() < kMost) {
-    const std::size_t end = text.find('/');
-    levels.push_back(text.substr(0, end));
-    if (end == std::string_view::npos) break;
-    text.remove_prefix(end + 1);
-  }
-  return levels;
-}
-
-}  // namespace
 
 bool is_name(std::string_view text) {
   return !text.empty() && text.size() <= kLongestName &&

@@ -143,8 +143,7 @@ AdapterFit fit_of(const Adapter& adapter, int baud) {
   if (adapter.latency_ms && *adapter.latency_ms > kBestLatencyMs) return AdapterFit::kHoldsBack;
   switch (adapter.vendor) {
     case kFtdi:
-    case kWch:
-      return AdapterFit::kFits;
+    case kWch: return AdapterFit::kFits;
     case kSilabs:
       if (baud <= kOldSilabsBaud) return AdapterFit::kFits;
       return calculates_rates(adapter.name) ? AdapterFit::kRateUntried : AdapterFit::kNoSuchRate;
@@ -153,8 +152,7 @@ AdapterFit fit_of(const Adapter& adapter, int baud) {
       return adapter.product == kUno || adapter.product == kUnoFirst || adapter.product == kUnoLater
                  ? AdapterFit::kFits
                  : AdapterFit::kUntried;
-    default:
-      return AdapterFit::kUntried;
+    default: return AdapterFit::kUntried;
   }
 }
 

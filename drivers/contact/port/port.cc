@@ -29,51 +29,6 @@ namespace {
 constexpr std::string_view kPseudoTerminals = "/dev/pts/", kUsbNodes = "/dev/bus/usb/";
 constexpr int kMinBaud = 9600, kMaxBaud = 4'000'000;
 
-}  // namespace
-
-PortReading Port::read(std::span<std::uint8_t> into) {
-  const ssize_t n = ::read(fd(), into.data(), into.size());
-  PortReading reading;
-  const int error = n < 0 ? errno : 0;
-  reading.arrived = std::chrono::steady_clock::now();
-  if (n > 0) {
-    reading.size = static_cast<std::size_t>(n);
-  } else if (error != EINTR && error != EAGAIN) {
-    reading.lost = true;
-    reading.error = error;
-  }
-  return reading;
-}
-
-bool Port::write(std::span<const std::uint8_t> frame) {
-  ssize_t n = -1;
-  do {
-    n = ::write(fd(), frame.data(), frame.size());
-  } while (n < 0 && errno == EINTR);
-  return n == static_cast<ssize_t>(frame.size());
-}
-
-std::unique_ptr<Port> open_port(const PortOptions& options) {
-  if (is_datagrams(options.device)) return open_udp_port(options.device);
-  if (options.baud < kMinBaud || options.baud > kMaxBaud) {
-    throw ConfigError(fmt::format("baud rate {} of {} is outside {} to {}", options.baud,
-                                  options.device, kMinBaud, kMaxBaud));
-  }
-  // libserialport looks up devices by name and does not resolve symlinks, such as those of udev.
-  std::error_code error;
-  const std::filesystem::path real = std::filesystem::canonical(options.device, error);
-  if (error) throw DriverError(cannot_open(options.device, error.value()));
-  const std::string path = real.string();
-  if (!std::filesystem::is_character_file(real)) throw DriverError(cannot_open(path, ENOTTY));
-  if (path.rfind(kPseudoTerminals, 0) == 0 && !options.always_libserialport) {
-    return open_pseudo_terminal(path, options.baud);
-  }
-  if (path.rfind(kUsbNodes, 0) == 0) return open_usb_port(path, options.baud, options.priority);
-  return open_real_port(path, options.baud);
-}
-
-namespace {
-
 std::string ports_here() {
   sp_port** ports = nullptr;
   if (sp_list_ports(&ports) != SP_OK) return "not known";
@@ -100,43 +55,6 @@ std::string group_of(const std::string& device) {
   return found->gr_name;
 }
 
-}  // namespace
-
-std::string cannot_open(const std::string& device, int error) {
-  switch (error) {
-    case ENOENT:
-    case ENXIO:
-    case ENODEV:
-    case ENOTTY:
-      if (std::error_code unknown; std::filesystem::exists(device, unknown))
-        return fmt::format(
-            "{}: not a serial port, or nothing connected to it. Name the sensor's port as device "
-            "under [contact] (ports found: {})",
-            device, ports_here());
-      return fmt::format("{}: no such device. Plug the sensor in (ports found: {})", device,
-                         ports_here());
-    case EACCES:
-    case EPERM:
-      if (group_of(device) == "root")  // membership in root would grant this program everything
-        return fmt::format(
-            "{}: no permission: no group but root may open the device. Install systemd/70-cellcal.rules "
-            "(group 'dialout'), unplug and plug the sensor",
-            device);
-      return fmt::format(
-          "{}: no permission: the device belongs to group '{}'. Add this program's user to it "
-          "(usermod -aG {} USER) and log in again",
-          device, group_of(device), group_of(device));
-    case EBUSY:
-    case EAGAIN:
-      return fmt::format("{}: in use by another program. Stop it first (fuser -v {})", device,
-                         device);
-    default:
-      return fmt::format("{}: cannot be opened: {}", device, std::strerror(error));
-  }
-}
-
-namespace {
-
 /// The first writable one is used. /tmp is for users outside the lock group.
 constexpr std::array kFolders = {"/run/lock", "/tmp"};
 constexpr mode_t kMode = 0666;  // other users must be able to lock the device later
@@ -150,54 +68,6 @@ std::string holder_of(int fd) {
   pid.erase(0, pid.find_first_not_of(' '));
   return "process " + pid;
 }
-
-}  // namespace
-
-std::string lock_name(const std::string& device) {
-  constexpr std::string_view kDev = "/dev/";
-  std::string name = device.rfind(kDev, 0) == 0 ? device.substr(kDev.size()) : device;
-  for (char& c : name) {
-    if (c == '/') c = '-';
-  }
-  return "LCK.." + name;
-}
-
-PortLock::PortLock(const std::string& device) {
-  std::string tried;
-  for (const char* folder : kFolders) {
-    const std::string path = fmt::format("{}/{}", folder, lock_name(device));
-    // Symlinks are not followed, since /tmp is world-writable.
-    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMode);
-    if (fd < 0) {
-      tried += fmt::format("{}{}: {}", tried.empty() ? "" : "; ", path, std::strerror(errno));
-      continue;
-    }
-    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
-      const std::string holder = holder_of(fd);
-      ::close(fd);
-      throw DriverError(
-          fmt::format("{}: in use by {} (lock file {}). Stop it first", device, holder, path));
-    }
-    fd_ = fd;
-    // The lock is held; the umask may have restricted the mode. For a file of another user this
-    // fails, but then its mode was sufficient.
-    [[maybe_unused]] const int mode_set = ::fchmod(fd, kMode);
-    const std::string pid = fmt::format("{:10}\n", ::getpid());
-    // The pid is informative; the lock is the flock.
-    [[maybe_unused]] const bool written =
-        ::ftruncate(fd, 0) == 0 &&
-        ::pwrite(fd, pid.data(), pid.size(), 0) == static_cast<ssize_t>(pid.size());
-    return;
-  }
-  throw DriverError(fmt::format("{}: cannot create a lock file ({})", device, tried));
-}
-
-PortLock::~PortLock() {
-  // The file is kept: removing it would allow two processes to lock two files of one name.
-  if (fd_ >= 0) ::close(fd_);
-}
-
-namespace {
 
 /// Disables buffering. FTDI adapters otherwise buffer for 16 ms; USB CDC has neither timer nor
 /// flag. The result is verified from the adapter's reported value. Returns the warning, if any.
@@ -314,6 +184,123 @@ class PseudoTerminal : public Port {
 };
 
 }  // namespace
+
+PortReading Port::read(std::span<std::uint8_t> into) {
+  const ssize_t n = ::read(fd(), into.data(), into.size());
+  PortReading reading;
+  const int error = n < 0 ? errno : 0;
+  reading.arrived = std::chrono::steady_clock::now();
+  if (n > 0) {
+    reading.size = static_cast<std::size_t>(n);
+  } else if (error != EINTR && error != EAGAIN) {
+    reading.lost = true;
+    reading.error = error;
+  }
+  return reading;
+}
+
+bool Port::write(std::span<const std::uint8_t> frame) {
+  ssize_t n = -1;
+  do {
+    n = ::write(fd(), frame.data(), frame.size());
+  } while (n < 0 && errno == EINTR);
+  return n == static_cast<ssize_t>(frame.size());
+}
+
+std::unique_ptr<Port> open_port(const PortOptions& options) {
+  if (is_datagrams(options.device)) return open_udp_port(options.device);
+  if (options.baud < kMinBaud || options.baud > kMaxBaud) {
+    throw ConfigError(fmt::format("baud rate {} of {} is outside {} to {}", options.baud,
+                                  options.device, kMinBaud, kMaxBaud));
+  }
+  // libserialport looks up devices by name and does not resolve symlinks, such as those of udev.
+  std::error_code error;
+  const std::filesystem::path real = std::filesystem::canonical(options.device, error);
+  if (error) throw DriverError(cannot_open(options.device, error.value()));
+  const std::string path = real.string();
+  if (!std::filesystem::is_character_file(real)) throw DriverError(cannot_open(path, ENOTTY));
+  if (path.rfind(kPseudoTerminals, 0) == 0 && !options.always_libserialport) {
+    return open_pseudo_terminal(path, options.baud);
+  }
+  if (path.rfind(kUsbNodes, 0) == 0) return open_usb_port(path, options.baud, options.priority);
+  return open_real_port(path, options.baud);
+}
+
+std::string cannot_open(const std::string& device, int error) {
+  switch (error) {
+    case ENOENT:
+    case ENXIO:
+    case ENODEV:
+    case ENOTTY:
+      if (std::error_code unknown; std::filesystem::exists(device, unknown))
+        return fmt::format(
+            "{}: not a serial port, or nothing connected to it. Name the sensor's port as device "
+            "under [contact] (ports found: {})",
+            device, ports_here());
+      return fmt::format("{}: no such device. Plug the sensor in (ports found: {})", device,
+                         ports_here());
+    case EACCES:
+    case EPERM:
+      if (group_of(device) == "root")  // membership in root would grant this program everything
+        return fmt::format(
+            "{}: no permission: no group but root may open the device. Install systemd/70-cellcal.rules "
+            "(group 'dialout'), unplug and plug the sensor",
+            device);
+      return fmt::format(
+          "{}: no permission: the device belongs to group '{}'. Add this program's user to it "
+          "(usermod -aG {} USER) and log in again",
+          device, group_of(device), group_of(device));
+    case EBUSY:
+    case EAGAIN:
+      return fmt::format("{}: in use by another program. Stop it first (fuser -v {})", device,
+                         device);
+    default: return fmt::format("{}: cannot be opened: {}", device, std::strerror(error));
+  }
+}
+
+std::string lock_name(const std::string& device) {
+  constexpr std::string_view kDev = "/dev/";
+  std::string name = device.rfind(kDev, 0) == 0 ? device.substr(kDev.size()) : device;
+  for (char& c : name) {
+    if (c == '/') c = '-';
+  }
+  return "LCK.." + name;
+}
+
+PortLock::PortLock(const std::string& device) {
+  std::string tried;
+  for (const char* folder : kFolders) {
+    const std::string path = fmt::format("{}/{}", folder, lock_name(device));
+    // Symlinks are not followed, since /tmp is world-writable.
+    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMode);
+    if (fd < 0) {
+      tried += fmt::format("{}{}: {}", tried.empty() ? "" : "; ", path, std::strerror(errno));
+      continue;
+    }
+    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+      const std::string holder = holder_of(fd);
+      ::close(fd);
+      throw DriverError(
+          fmt::format("{}: in use by {} (lock file {}). Stop it first", device, holder, path));
+    }
+    fd_ = fd;
+    // The lock is held; the umask may have restricted the mode. For a file of another user this
+    // fails, but then its mode was sufficient.
+    [[maybe_unused]] const int mode_set = ::fchmod(fd, kMode);
+    const std::string pid = fmt::format("{:10}\n", ::getpid());
+    // The pid is informative; the lock is the flock.
+    [[maybe_unused]] const bool written =
+        ::ftruncate(fd, 0) == 0 &&
+        ::pwrite(fd, pid.data(), pid.size(), 0) == static_cast<ssize_t>(pid.size());
+    return;
+  }
+  throw DriverError(fmt::format("{}: cannot create a lock file ({})", device, tried));
+}
+
+PortLock::~PortLock() {
+  // The file is kept: removing it would allow two processes to lock two files of one name.
+  if (fd_ >= 0) ::close(fd_);
+}
 
 void make_exclusive_and_raw(int fd, const std::string& path) {
   const auto fail = [&path](const char* what) {

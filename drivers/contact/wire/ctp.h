@@ -209,45 +209,26 @@ static inline uint32_t ctp_get_u32(const uint8_t* p) {
 /* Payload size of a type; -1: any size up to CTP_MAX_PAYLOAD (LOG); -2: unknown type. */
 static inline int ctp_payload_size(uint8_t type) {
   switch (type) {
-    case CTP_HELLO:
-      return CTP_HELLO_SIZE;
-    case CTP_CONFIG:
-      return CTP_CONFIG_SIZE;
-    case CTP_ARM:
-      return CTP_ARM_SIZE;
-    case CTP_DISARM:
-      return CTP_DISARM_SIZE;
-    case CTP_ACK:
-      return CTP_ACK_SIZE;
-    case CTP_PING:
-      return CTP_PING_SIZE;
-    case CTP_SELFTEST:
-      return CTP_SELFTEST_SIZE;
-    case CTP_KEEPALIVE:
-      return CTP_KEEPALIVE_SIZE;
-    case CTP_IDENT:
-      return CTP_IDENT_SIZE;
-    case CTP_STATUS:
-      return CTP_STATUS_SIZE;
-    case CTP_TRIP:
-      return CTP_TRIP_SIZE;
+    case CTP_HELLO: return CTP_HELLO_SIZE;
+    case CTP_CONFIG: return CTP_CONFIG_SIZE;
+    case CTP_ARM: return CTP_ARM_SIZE;
+    case CTP_DISARM: return CTP_DISARM_SIZE;
+    case CTP_ACK: return CTP_ACK_SIZE;
+    case CTP_PING: return CTP_PING_SIZE;
+    case CTP_SELFTEST: return CTP_SELFTEST_SIZE;
+    case CTP_KEEPALIVE: return CTP_KEEPALIVE_SIZE;
+    case CTP_IDENT: return CTP_IDENT_SIZE;
+    case CTP_STATUS: return CTP_STATUS_SIZE;
+    case CTP_TRIP: return CTP_TRIP_SIZE;
     case CTP_CONTACT:
     case CTP_REVOKED:
-    case CTP_RELEASE:
-      return CTP_EVENT_SIZE;
-    case CTP_PONG:
-      return CTP_PONG_SIZE;
-    case CTP_NAK:
-      return CTP_NAK_SIZE;
-    case CTP_BOARD:
-      return CTP_BOARD_SIZE;
-    case CTP_RELAY:
-      return CTP_RELAY_SIZE;
-    case CTP_RELAY_STATE:
-      return CTP_RELAY_STATE_SIZE;
-    case CTP_LOG:
-      return -1;
-    default:
-      return -2;
+    case CTP_RELEASE: return CTP_EVENT_SIZE;
+    case CTP_PONG: return CTP_PONG_SIZE;
+    case CTP_NAK: return CTP_NAK_SIZE;
+    case CTP_BOARD: return CTP_BOARD_SIZE;
+    case CTP_RELAY: return CTP_RELAY_SIZE;
+    case CTP_RELAY_STATE: return CTP_RELAY_STATE_SIZE;
+    case CTP_LOG: return -1;
+    default: return -2;
   }
 }

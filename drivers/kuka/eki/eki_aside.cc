@@ -146,13 +146,9 @@ void EkiFrameExchange::on_bytes(std::string_view bytes, TimePoint now) {
   for (const char c : bytes) {
     if (result_) return;
     switch (framer_.push(c)) {
-      case EkiFramer::Event::kNone:
-        break;
-      case EkiFramer::Event::kDocument:
-        on_document(framer_.document(), now);
-        break;
-      case EkiFramer::Event::kOversized:
-        return end(EkiFrameTrouble::kNotAStream);
+      case EkiFramer::Event::kNone: break;
+      case EkiFramer::Event::kDocument: on_document(framer_.document(), now); break;
+      case EkiFramer::Event::kOversized: return end(EkiFrameTrouble::kNotAStream);
     }
   }
 }

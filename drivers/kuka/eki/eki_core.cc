@@ -26,6 +26,18 @@ constexpr double kUnusedStands = 0.1;
 // Interval between requests to start the program: selecting it takes the controller some time.
 constexpr std::chrono::seconds kRunEvery{2};
 
+// Plausibility window of a latch around the sensor's time stamp on the measured path: states are
+// interpolated over 20 ms of motion and of braking, and stamps are up to 12 ms old.
+constexpr double kLatchWindowS = 0.06;
+constexpr double kLatchSlackRad = 0.02 * kRadPerDeg;
+// Interval over which the search speed is taken from the record.
+constexpr double kSpeedSpanS = 0.1;
+constexpr double kSecondsPerMs = 1e-3;
+
+constexpr std::uint32_t kStopReserve = 3;
+
+constexpr std::chrono::milliseconds kHelloPeriod{500};
+
 }  // namespace
 
 struct EkiCore::Impl {
@@ -125,11 +137,8 @@ struct EkiCore::Impl {
     for (const char c : bytes) {
       if (close || !state.connected) return;
       switch (framer.push(c)) {
-        case EkiFramer::Event::kNone:
-          break;
-        case EkiFramer::Event::kDocument:
-          on_document(framer.document(), t_rx);
-          break;
+        case EkiFramer::Event::kNone: break;
+        case EkiFramer::Event::kDocument: on_document(framer.document(), t_rx); break;
         case EkiFramer::Event::kOversized:
           note_bad(EkiError::kOversized, framer.document());
           lose(EkiLoss::kNotAStream, cause::LinkClosed{});
@@ -459,18 +468,6 @@ RobotState EkiCore::state() const {
                         impl_->config.address + ":" + std::to_string(impl_->config.port));
 }
 
-namespace {
-
-// Plausibility window of a latch around the sensor's time stamp on the measured path: states are
-// interpolated over 20 ms of motion and of braking, and stamps are up to 12 ms old.
-constexpr double kLatchWindowS = 0.06;
-constexpr double kLatchSlackRad = 0.02 * kRadPerDeg;
-// Interval over which the search speed is taken from the record.
-constexpr double kSpeedSpanS = 0.1;
-constexpr double kSecondsPerMs = 1e-3;
-
-}  // namespace
-
 EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
                         const PositionRecord& record, TimePoint now) {
   const TimePoint edge = touch.contact.first_edge;
@@ -505,12 +502,6 @@ EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
   return {latch, cause::None{}};
 }
 
-namespace {
-
-constexpr std::uint32_t kStopReserve = 3;
-
-}  // namespace
-
 void EkiOutbox::begin(std::uint32_t session) {
   session_ = session;
   seq_ = confirmed_ = 0;
@@ -543,12 +534,6 @@ void EkiOutbox::sent(std::size_t count) {
   std::copy(bytes_.data() + count, bytes_.data() + size_, bytes_.data());
   size_ -= count;
 }
-
-namespace {
-
-constexpr std::chrono::milliseconds kHelloPeriod{500};
-
-}  // namespace
 
 void EkiSender::begin(std::uint32_t session, TimePoint now) {
   outbox_.begin(session);

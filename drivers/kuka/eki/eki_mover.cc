@@ -24,6 +24,13 @@ constexpr std::chrono::milliseconds kSettleLimit{2000};
 constexpr double kAtWayPointRad = 2.0 * kRadPerDeg;
 constexpr int kAgreeingLatches = 2;
 
+// Grace period of three 12 ms cycles of the controller's input before the search is stopped over
+// the network, so that the accurate latch is not lost to a race.
+constexpr std::chrono::milliseconds kInputGrace{40};
+// Covers a released start key, override 0, and drives switched off without a message.
+constexpr std::chrono::milliseconds kStallLimit{2000};
+constexpr double kStallRad = 0.002 * kRadPerDeg;
+
 }  // namespace
 
 EkiMover::EkiMover(const EkiConfig& config, ContactGuard* guard, const PositionRecord& record)
@@ -234,13 +241,10 @@ void EkiMover::apply_progress_report(const EkiState& state, TimePoint now) {
   const bool stopped = state.outcome == EkiOutcome::kDeadMan && stop_sent_;
   const EkiOutcome outcome = stopped ? EkiOutcome::kStop : state.outcome;
   switch (outcome) {
-    case EkiOutcome::kSoftLimit:
-      return fail(MoveOutcome::kRefused, cause::OutsideSoftLimits{});
+    case EkiOutcome::kSoftLimit: return fail(MoveOutcome::kRefused, cause::OutsideSoftLimits{});
     case EkiOutcome::kNotFeasible:
-    case EkiOutcome::kNone:
-      return fail(MoveOutcome::kRefused, cause::NotFeasible{});
-    case EkiOutcome::kDeadMan:
-      return fail(MoveOutcome::kRobotSilent, cause::DeadMan{});
+    case EkiOutcome::kNone: return fail(MoveOutcome::kRefused, cause::NotFeasible{});
+    case EkiOutcome::kDeadMan: return fail(MoveOutcome::kRobotSilent, cause::DeadMan{});
     case EkiOutcome::kAborted:
       return fail(MoveOutcome::kNotFollowing, cause::ProgramAborted{state.fault});
     case EkiOutcome::kInputAtStart:
@@ -248,8 +252,7 @@ void EkiMover::apply_progress_report(const EkiState& state, TimePoint now) {
                          : fail(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
     case EkiOutcome::kArrived:
     case EkiOutcome::kInput:
-    case EkiOutcome::kStop:
-      break;
+    case EkiOutcome::kStop: break;
   }
   if (outcome == EkiOutcome::kArrived && !last_leg()) return on_leg_done(now);
   if (searching()) return on_search_done(outcome, now);
@@ -353,17 +356,6 @@ void EkiMover::fill_latch(const AxisAngles& settled_rad, TimePoint now) {
   latch_ = made.latch;
   if (!latch_) fail(MoveOutcome::kContactSilent, made.cause);
 }
-
-namespace {
-
-// Grace period of three 12 ms cycles of the controller's input before the search is stopped over
-// the network, so that the accurate latch is not lost to a race.
-constexpr std::chrono::milliseconds kInputGrace{40};
-// Covers a released start key, override 0, and drives switched off without a message.
-constexpr std::chrono::milliseconds kStallLimit{2000};
-constexpr double kStallRad = 0.002 * kRadPerDeg;
-
-}  // namespace
 
 void EkiMover::watch_search(TimePoint now) {
   const SensorMonitor::Heard& heard = sensor_.heard();

@@ -8,14 +8,10 @@ namespace {
 /// Remedy for the operator; empty without a request.
 Sentence request_words(ControllerRequest request) {
   switch (request) {
-    case ControllerRequest::kBrakeTest:
-      return "say.eki.request.brake_test";
-    case ControllerRequest::kMasteringTest:
-      return "say.eki.request.mastering_test";
-    case ControllerRequest::kCollision:
-      return "say.eki.request.collision";
-    case ControllerRequest::kNone:
-      break;
+    case ControllerRequest::kBrakeTest: return "say.eki.request.brake_test";
+    case ControllerRequest::kMasteringTest: return "say.eki.request.mastering_test";
+    case ControllerRequest::kCollision: return "say.eki.request.collision";
+    case ControllerRequest::kNone: break;
   }
   return {};
 }
@@ -33,42 +29,28 @@ Sentence readiness(const EkiCoreState& s) {
 
 Sentence trouble_words(const EkiCoreState& s, const std::string& peer) {
   switch (s.trouble) {
-    case EkiTrouble::kNone:
-      return {};
-    case EkiTrouble::kNotConnected:
-      return {"say.eki.not_connected", {{"at", peer}}};
-    case EkiTrouble::kNoState:
-      return {"say.eki.no_state", {{"at", peer}, {"s", s.waited_s}}};
-    case EkiTrouble::kNotHeard:
-      return "say.eki.not_heard";
+    case EkiTrouble::kNone: return {};
+    case EkiTrouble::kNotConnected: return {"say.eki.not_connected", {{"at", peer}}};
+    case EkiTrouble::kNoState: return {"say.eki.no_state", {{"at", peer}, {"s", s.waited_s}}};
+    case EkiTrouble::kNotHeard: return "say.eki.not_heard";
     case EkiTrouble::kOtherSession:
       return {"say.eki.other_session", {{"other", s.other_session}, {"session", s.session}}};
-    case EkiTrouble::kTooFewAxes:
-      return {"say.eki.too_few_axes", {{"axes", s.wire_axes}}};
-    case EkiTrouble::kCoarse:
-      return "say.eki.coarse";
-    case EkiTrouble::kNotReady:
-      return readiness(s);
-    case EkiTrouble::kUnread:
-      return "say.eki.unread";
+    case EkiTrouble::kTooFewAxes: return {"say.eki.too_few_axes", {{"axes", s.wire_axes}}};
+    case EkiTrouble::kCoarse: return "say.eki.coarse";
+    case EkiTrouble::kNotReady: return readiness(s);
+    case EkiTrouble::kUnread: return "say.eki.unread";
   }
   return {};
 }
 
 Sentence loss_words(EkiLoss loss) {
   switch (loss) {
-    case EkiLoss::kNone:
-      return {};
-    case EkiLoss::kSilence:
-      return "say.eki.lost.silence";
-    case EkiLoss::kClosed:
-      return "say.eki.lost.closed";
-    case EkiLoss::kSessionTaken:
-      return "say.eki.lost.session_taken";
-    case EkiLoss::kNotAStream:
-      return "say.eki.lost.not_a_stream";
-    case EkiLoss::kNotTaken:
-      return "say.eki.lost.not_taken";
+    case EkiLoss::kNone: return {};
+    case EkiLoss::kSilence: return "say.eki.lost.silence";
+    case EkiLoss::kClosed: return "say.eki.lost.closed";
+    case EkiLoss::kSessionTaken: return "say.eki.lost.session_taken";
+    case EkiLoss::kNotAStream: return "say.eki.lost.not_a_stream";
+    case EkiLoss::kNotTaken: return "say.eki.lost.not_taken";
   }
   return {};
 }

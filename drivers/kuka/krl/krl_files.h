@@ -16,8 +16,8 @@ namespace cellcal::drivers {
 struct EkiFilesConfig {
   std::string address = "172.31.1.147";  ///< controller's address in the KLI network
   std::uint16_t port = 54600;            ///< 54600..54615 pass the controller's firewall
-  int external_axes = 0;  ///< 0..6, in every command: driven with A1..A6, or held still
-  int input = 1;                         ///< $IN that the contact sensor's output is wired to
+  int external_axes = 0;          ///< 0..6, in every command: driven with A1..A6, or held still
+  int input = 1;                  ///< $IN that the contact sensor's output is wired to
   bool contact_is_on = true;      ///< $IN during contact; off: a broken wire reads as contact, too
   int tool = 0, base = 0;         ///< TOOL_DATA, BASE_DATA; 0: $NULLFRAME
   int load = 0;                   ///< LOAD_DATA; 0: from the machine data

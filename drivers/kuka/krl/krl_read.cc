@@ -53,6 +53,23 @@ bool ends(std::string_view name, std::string_view ending) {
   return wire::lower(name).ends_with(ending);
 }
 
+bool is_relevant(std::string_view name) {
+  return std::ranges::any_of(kEndings, [&](const char* ending) { return ends(name, ending); });
+}
+
+std::string read(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::file_size(path, error) > kMostFile || error) {
+    throw ConfigError(fmt::format(
+        "{}: cannot be read, or is larger than {} bytes, the most for a controller's file",
+        path.string(), kMostFile));
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  if (!file) throw ConfigError(path.string() + ": cannot be read");
+  return text;
+}
+
 }  // namespace
 
 std::string shown(std::string_view text) {
@@ -108,27 +125,6 @@ ControllerFileKind kind_of(std::string_view content, const std::string& name) {
   if (root == "ETHERNETKRL") return ControllerFileKind::kEkiChannel;
   return ControllerFileKind::kUnknown;
 }
-
-namespace {
-
-bool is_relevant(std::string_view name) {
-  return std::ranges::any_of(kEndings, [&](const char* ending) { return ends(name, ending); });
-}
-
-std::string read(const std::filesystem::path& path) {
-  std::error_code error;
-  if (std::filesystem::file_size(path, error) > kMostFile || error) {
-    throw ConfigError(fmt::format(
-        "{}: cannot be read, or is larger than {} bytes, the most for a controller's file",
-        path.string(), kMostFile));
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::string text(std::istreambuf_iterator<char>(file), {});
-  if (!file) throw ConfigError(path.string() + ": cannot be read");
-  return text;
-}
-
-}  // namespace
 
 bool is_generated(std::string_view path) {
   const std::string name = wire::lower(path.substr(path.find_last_of('/') + 1));

@@ -1,11 +1,10 @@
-#include "drivers/kuka/krl/krl_rsi_parts.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 #include <vector>
 
+#include "drivers/kuka/krl/krl_rsi_parts.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {

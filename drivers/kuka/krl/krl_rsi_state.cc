@@ -1,9 +1,9 @@
-#include "drivers/kuka/krl/krl_rsi_parts.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
+
+#include "drivers/kuka/krl/krl_rsi_parts.h"
 
 namespace cellcal::drivers::krl {
 namespace {
@@ -26,11 +26,12 @@ void check_source(const RsiSet& set, const RsiContextFile& file, const RsiStateS
   const RsiInput* input = ethernet->input(sent.index);
   const RsiObject* from = input == nullptr ? nullptr : by_id(file, input->from);
   if (from == nullptr || !wire::same_name(from->type, source.rsi3) || input->from_index != 1) {
-    set.findings.refuse(file.name, input == nullptr ? ethernet->line : input->line,
-                        "{}: input {} is {} (INDX in line {}), so it must come from the output of a "
-                        "{} object",
-                        ethernet->id, sent.index, source.tag, sent.line,
-                        file.rsi_version == 3 ? source.rsi3 : source.rsi4);
+    set.findings.refuse(
+        file.name, input == nullptr ? ethernet->line : input->line,
+        "{}: input {} is {} (INDX in line {}), so it must come from the output of a "
+        "{} object",
+        ethernet->id, sent.index, source.tag, sent.line,
+        file.rsi_version == 3 ? source.rsi3 : source.rsi4);
     return;
   }
   if (source.parameter == nullptr) return;
@@ -46,7 +47,8 @@ void check_source(const RsiSet& set, const RsiContextFile& file, const RsiStateS
   if (have.value == source.value) return;
   set.findings.refuse(file.name, have.line, "{} of {} is {}. Set {}{}: {} is {}", source.parameter,
                       from->id, have.value, source.value,
-                      source.word ? fmt::format(" ({})", source.word) : "", source.tag, source.says);
+                      source.word ? fmt::format(" ({})", source.word) : "", source.tag,
+                      source.says);
 }
 
 /// The object's parameter as a list, or the end tag of an object without one.
@@ -74,8 +76,8 @@ std::string model_parameters(const RsiStateSource& one) {
 
 std::vector<RsiStateSource> state_sources(const RsiFilesConfig& c) {
   std::vector<RsiStateSource> all{
-      {c.mode_tag, "mode_tag", "LONG", "STATUS", "Status", 62, "Stat", "the operating mode",
-       "Int", "Type", kModeOp, "Mode_Op"},
+      {c.mode_tag, "mode_tag", "LONG", "STATUS", "Status", 62, "Stat", "the operating mode", "Int",
+       "Type", kModeOp, "Mode_Op"},
       {c.override_tag, "override_tag", "DOUBLE", "OV_PRO", "OV_PRO", 63, "Out1", "the override"},
       {c.contact_tag, "contact_tag", "BOOL", "DIGIN", "DigIn", 29, "Out1", "the contact input",
        "Bool", "Index", c.input}};

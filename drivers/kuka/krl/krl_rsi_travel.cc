@@ -1,9 +1,8 @@
-#include "drivers/kuka/krl/krl_rsi_parts.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "drivers/kuka/krl/krl_rsi_parts.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {

@@ -63,41 +63,6 @@ void check_sent(const RsiSet& set) {
   for (const char* tag : {"DEF_AIPos", "DEF_ASPos", "DEF_Delay"}) set.check_internal(tag);
 }
 
-}  // namespace
-
-const RsiElement* krl::RsiSet::received(const std::string& tag) const {
-  const auto found = std::ranges::find(channel.receive, tag, &RsiElement::tag);
-  return found == channel.receive.end() ? nullptr : &*found;
-}
-
-const RsiElement* krl::RsiSet::sent(const std::string& tag) const {
-  const auto found = std::ranges::find_if(
-      channel.send, [&](const RsiElement& one) { return wire::same_name(one.tag, tag); });
-  return found == channel.send.end() ? nullptr : &*found;
-}
-
-void krl::RsiSet::check_internal(const char* tag) const {
-  const RsiElement* found = sent(tag);
-  if (found == nullptr)
-    findings.refuse(channel.name, 0, "SEND: {} is missing. Add it with INDX=\"INTERNAL\"", tag);
-  else if (found->index != 0)
-    findings.refuse(channel.name, found->line, "SEND: INDX of {} is {}. Set \"INTERNAL\"", tag,
-                    found->index);
-}
-
-void krl::check_hold(const RsiSet& set, const RsiElement& one) {
-  const bool wanted = set.mode == CorrectionMode::kAbsolute;
-  if (one.hold_on.value_or(!wanted) == wanted) return;
-  set.findings.refuse(set.channel.name, one.line,
-                      "{} has HOLDON=\"{}\" with RSI_ON(#{}): {}. Set HOLDON=\"{}\"", one.tag,
-                      wanted ? 0 : 1, name_of(set.mode),
-                      wanted ? "one late reply moves the arm back to where the session began"
-                             : "every late reply repeats the last step",
-                      wanted ? 1 : 0);
-}
-
-namespace {
-
 void check_received(const RsiSet& set) {
   for (int i = 1; i <= kVerifiedAxes; ++i) {
     const std::string tag = set.tag(i);
@@ -293,6 +258,37 @@ const krl::Candidate* find_channel(const krl::Candidates& files,
 }
 
 }  // namespace
+
+const RsiElement* krl::RsiSet::received(const std::string& tag) const {
+  const auto found = std::ranges::find(channel.receive, tag, &RsiElement::tag);
+  return found == channel.receive.end() ? nullptr : &*found;
+}
+
+const RsiElement* krl::RsiSet::sent(const std::string& tag) const {
+  const auto found = std::ranges::find_if(
+      channel.send, [&](const RsiElement& one) { return wire::same_name(one.tag, tag); });
+  return found == channel.send.end() ? nullptr : &*found;
+}
+
+void krl::RsiSet::check_internal(const char* tag) const {
+  const RsiElement* found = sent(tag);
+  if (found == nullptr)
+    findings.refuse(channel.name, 0, "SEND: {} is missing. Add it with INDX=\"INTERNAL\"", tag);
+  else if (found->index != 0)
+    findings.refuse(channel.name, found->line, "SEND: INDX of {} is {}. Set \"INTERNAL\"", tag,
+                    found->index);
+}
+
+void krl::check_hold(const RsiSet& set, const RsiElement& one) {
+  const bool wanted = set.mode == CorrectionMode::kAbsolute;
+  if (one.hold_on.value_or(!wanted) == wanted) return;
+  set.findings.refuse(set.channel.name, one.line,
+                      "{} has HOLDON=\"{}\" with RSI_ON(#{}): {}. Set HOLDON=\"{}\"", one.tag,
+                      wanted ? 0 : 1, name_of(set.mode),
+                      wanted ? "one late reply moves the arm back to where the session began"
+                             : "every late reply repeats the last step",
+                      wanted ? 1 : 0);
+}
 
 std::vector<FileFinding> verify_rsi_files(const ControllerFiles& files,
                                           const RsiFilesConfig& config, CorrectionMode mode) {

@@ -85,9 +85,8 @@ struct Words {
     return at_point(c.via, {"say.stop.turn_limit", {{"turn", c.turn_deg}, {"limit", c.limit_deg}}});
   }
   Sentence operator()(const cause::NearSingular& c) const {
-    return at_point(c.via,
-                    {"say.stop.near_singular",
-                     {{"axis", name(c.axis)}, {"gain", c.gain}, {"limit", c.limit}}});
+    return at_point(c.via, {"say.stop.near_singular",
+                            {{"axis", name(c.axis)}, {"gain", c.gain}, {"limit", c.limit}}});
   }
   Sentence operator()(const cause::BadCruise& c) const {
     return {"say.stop.bad_cruise", {{"s", c.cruise_s}}};
@@ -180,7 +179,9 @@ struct Words {
   Sentence operator()(const cause::ReplyBeyondLimit& c) const {
     using Of = cause::ReplyBeyondLimit::Of;
     auto values = of_axis(c.axis, "value", c.value, "limit", c.limit);
-    values.emplace_back("per", c.of == Of::kSpeed ? "/s" : c.of == Of::kAcceleration ? "/s2" : "/s3");
+    values.emplace_back("per", c.of == Of::kSpeed          ? "/s"
+                               : c.of == Of::kAcceleration ? "/s2"
+                                                           : "/s3");
     return {"say.stop.reply_beyond_limit", std::move(values)};
   }
   Sentence operator()(const cause::HeldUp& c) const {

@@ -127,15 +127,9 @@ class RobotShell {
       if (command.kind == Command::Kind::kRereference) ++rereferences_;
       if (command.opening != opening_) return;
       switch (command.kind) {
-        case Command::Kind::kBegin:
-          core.begin(command.move);
-          break;
-        case Command::Kind::kStop:
-          core.stop();
-          break;
-        case Command::Kind::kRereference:
-          core.rereference();
-          break;
+        case Command::Kind::kBegin: core.begin(command.move); break;
+        case Command::Kind::kStop: core.stop(); break;
+        case Command::Kind::kRereference: core.rereference(); break;
       }
     });
     if (stop_anyway_.exchange(false)) core.stop();

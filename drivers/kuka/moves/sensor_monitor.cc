@@ -34,8 +34,7 @@ void SensorMonitor::listen(TimePoint now, std::optional<std::uint16_t> arm_id,
       case ContactEventKind::kRevoked:
         if (ours) heard_.revoked = true;
         break;
-      case ContactEventKind::kRelease:
-        break;  // covered by the level in the snapshot
+      case ContactEventKind::kRelease: break;  // covered by the level in the snapshot
     }
   }
   heard_.snapshot = guard_->snapshot(now);

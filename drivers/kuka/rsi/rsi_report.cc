@@ -10,26 +10,16 @@ namespace {
 
 Sentence trouble_words(const CoreState& s, const ReportNames& names) {
   switch (s.trouble) {
-    case Trouble::kNone:
-      return {};
-    case Trouble::kLearning:
-      return "say.rsi.learning";
-    case Trouble::kOddCycle:
-      return "say.rsi.odd_cycle";
-    case Trouble::kCoarse:
-      return {"say.rsi.coarse", {{"decimals", s.decimals}}};
-    case Trouble::kTooFewAxes:
-      return {"say.rsi.too_few_axes", {{"axes", s.axes}}};
-    case Trouble::kWaitingForRest:
-      return "say.rsi.waiting_for_rest";
-    case Trouble::kUnknownOffset:
-      return "say.rsi.unknown_offset";
-    case Trouble::kCorrectionDenied:
-      return "say.rsi.correction_denied";
-    case Trouble::kUnknownSum:
-      return "say.rsi.unknown_sum";
-    case Trouble::kNoDelay:
-      return "say.rsi.no_delay";
+    case Trouble::kNone: return {};
+    case Trouble::kLearning: return "say.rsi.learning";
+    case Trouble::kOddCycle: return "say.rsi.odd_cycle";
+    case Trouble::kCoarse: return {"say.rsi.coarse", {{"decimals", s.decimals}}};
+    case Trouble::kTooFewAxes: return {"say.rsi.too_few_axes", {{"axes", s.axes}}};
+    case Trouble::kWaitingForRest: return "say.rsi.waiting_for_rest";
+    case Trouble::kUnknownOffset: return "say.rsi.unknown_offset";
+    case Trouble::kCorrectionDenied: return "say.rsi.correction_denied";
+    case Trouble::kUnknownSum: return "say.rsi.unknown_sum";
+    case Trouble::kNoDelay: return "say.rsi.no_delay";
     case Trouble::kTcpDiffers:
       return {"say.rsi.tcp_differs", {{"mm", s.tcp_apart.mm}, {"deg", s.tcp_apart.deg}}};
     case Trouble::kNotAccepted:
@@ -57,6 +47,8 @@ Sentence input_words(InputPath path) {
 }
 
 void add(Sentence& all, Sentence more) { all = sentences(std::move(all), std::move(more)); }
+
+constexpr int kGoodDecimals = 4;
 
 }  // namespace
 
@@ -92,8 +84,7 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   if (s.unasked) add(state.words, words(*s.unasked));
   add(state.words, trouble_words(s, names));
   add(state.words, input_words(state.input_path));
-  if (s.late > 0)
-    add(state.words, {"say.rsi.late", {{"late", s.late}, {"replies", s.replies}}});
+  if (s.late > 0) add(state.words, {"say.rsi.late", {{"late", s.late}, {"replies", s.replies}}});
   if (s.bad_packets > 0)
     add(state.words, {"say.rsi.damaged",
                       {{"packets", s.bad_packets},
@@ -101,12 +92,6 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
                        {"bytes", std::string(s.last_bad)}}});
   return state;
 }
-
-namespace {
-
-constexpr int kGoodDecimals = 4;
-
-}  // namespace
 
 Fitness fitness_of_decimals(const CoreState& state) {
   if (state.decimals >= kGoodDecimals) return Fitness::kGood;

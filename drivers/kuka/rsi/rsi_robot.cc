@@ -239,10 +239,9 @@ RobotState RsiRobot::state() const {
   state.quality.reply_times = impl_->times.coarse();
   if (const std::uint64_t count = foreign_packets(); count > 0)
     state.words = sentences(
-        state.words,
-        {"say.rsi.foreign",
-         {{"packets", count},
-          {"sender", asio::ip::address_v4(impl_->foreign_from.load()).to_string()}}});
+        state.words, {"say.rsi.foreign",
+                      {{"packets", count},
+                       {"sender", asio::ip::address_v4(impl_->foreign_from.load()).to_string()}}});
   if (const std::uint64_t count = impl_->unsent.load(); count > 0)
     state.words = sentences(state.words, {"say.rsi.unsent", {{"replies", count}}});
   return state;

@@ -25,6 +25,42 @@ double most_difference(const AxisAngles& a, const AxisAngles& b) {
   return most;
 }
 
+// Tolerance for rounding of sums and the choice of corners on a path within its limits.
+constexpr double kMargin = 1.01;
+constexpr double kRoundingRad = 1e-9;
+
+double of(const AxisAngles& values, std::size_t i) { return i < values.size() ? values[i] : 0.0; }
+
+// Tolerance for equal corrections: above servo error and AIPos noise at rest; a jump of this size
+// (0.5 mm at 1.4 m) is within vibration.
+constexpr double kSameRad = 0.02 * kRadPerDeg;
+// Largest difference at rest, from servos or a controller that applies the correction inexactly.
+constexpr double kServosLeaveRad = 0.05 * kRadPerDeg;
+// Rest: no axis changes by more than this from packet to packet, several times in a row.
+constexpr double kStillRad = 0.005 * kRadPerDeg;
+constexpr int kStillPackets = 3;
+// If several replies could be held by the controller, their distance may be less than the motion of
+// an arm that is still settling: two or three more of its time constants.
+constexpr int kSettledPackets = 12;
+// Tolerance between IPOC and the host's clock for a continuing session: network jitter, two
+// quartzes.
+constexpr double kContinuityS = 0.05, kContinuityFraction = 0.01;
+// Minimum silence on an own port that excludes a running session: five of the longest cycles. No
+// program is stopped and started within it.
+constexpr double kListenedS = 0.2;
+// Delay of a running session may lag by one packet; that of a new one must be clearly below.
+constexpr std::uint32_t kDelayLag = 1, kDelayClear = 3;
+// Maximum lead, in packets, of a peer that waits for replies.
+constexpr std::int32_t kMostAhead = 4;
+
+double distance(const AxisAngles& a, const AxisAngles& b) {
+  double most = a.size() == b.size() ? 0.0 : HUGE_VAL;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    most = std::max(most, std::abs(a[i] - b[i]));
+  }
+  return most;
+}
+
 }  // namespace
 
 AxisAngles axes_of(const AxisAngles& axes_deg, const AxisAngles& external_deg,
@@ -223,16 +259,6 @@ std::span<const double> RsiSetpoint::next(double cycle_s, bool stops) {
   return on_wire(accumulator_.next_deg(wanted_rad, step));
 }
 
-namespace {
-
-// Tolerance for rounding of sums and the choice of corners on a path within its limits.
-constexpr double kMargin = 1.01;
-constexpr double kRoundingRad = 1e-9;
-
-double of(const AxisAngles& values, std::size_t i) { return i < values.size() ? values[i] : 0.0; }
-
-}  // namespace
-
 std::optional<cause::ReplyBeyondLimit> ReplyBound::admit(const AxisAngles& next_rad, double cycle_s,
                                                          bool stops) {
   using Of = cause::ReplyBeyondLimit::Of;
@@ -270,39 +296,6 @@ std::optional<cause::ReplyBeyondLimit> ReplyBound::admit(const AxisAngles& next_
   last_ = next;
   return std::nullopt;
 }
-
-namespace {
-// Tolerance for equal corrections: above servo error and AIPos noise at rest; a jump of this size
-// (0.5 mm at 1.4 m) is within vibration.
-constexpr double kSameRad = 0.02 * kRadPerDeg;
-// Largest difference at rest, from servos or a controller that applies the correction inexactly.
-constexpr double kServosLeaveRad = 0.05 * kRadPerDeg;
-// Rest: no axis changes by more than this from packet to packet, several times in a row.
-constexpr double kStillRad = 0.005 * kRadPerDeg;
-constexpr int kStillPackets = 3;
-// If several replies could be held by the controller, their distance may be less than the motion of
-// an arm that is still settling: two or three more of its time constants.
-constexpr int kSettledPackets = 12;
-// Tolerance between IPOC and the host's clock for a continuing session: network jitter, two
-// quartzes.
-constexpr double kContinuityS = 0.05, kContinuityFraction = 0.01;
-// Minimum silence on an own port that excludes a running session: five of the longest cycles. No
-// program is stopped and started within it.
-constexpr double kListenedS = 0.2;
-// Delay of a running session may lag by one packet; that of a new one must be clearly below.
-constexpr std::uint32_t kDelayLag = 1, kDelayClear = 3;
-// Maximum lead, in packets, of a peer that waits for replies.
-constexpr std::int32_t kMostAhead = 4;
-
-double distance(const AxisAngles& a, const AxisAngles& b) {
-  double most = a.size() == b.size() ? 0.0 : HUGE_VAL;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
-    most = std::max(most, std::abs(a[i] - b[i]));
-  }
-  return most;
-}
-
-}  // namespace
 
 void OffsetFinder::begin(const OffsetMemory& memory) {
   *this = OffsetFinder();

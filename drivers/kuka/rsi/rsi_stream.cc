@@ -32,6 +32,9 @@ constexpr std::int32_t kLargestStep = 100;
 // Maximum consecutive packets overtaken by a faster one.
 constexpr int kMostOvertaken = 2;
 
+// Replies not yet counted by the newest packet.
+constexpr std::uint64_t kUnderWay = 2;
+
 }  // namespace
 
 double RsiStream::seconds_per_ipoc() const {
@@ -164,13 +167,6 @@ void RsiStream::follow() {
       std::clamp(measured_s, (1.0 - kFollow) * cycle_s_, (1.0 + kFollow) * cycle_s_);
   cycle_s_ = std::clamp(followed_s, kShortestSeenCycleS, kLongestCycleS);
 }
-
-namespace {
-
-// Replies not yet counted by the newest packet.
-constexpr std::uint64_t kUnderWay = 2;
-
-}  // namespace
 
 void DelayWatch::begin_session() {
   first_.reset();

@@ -168,6 +168,20 @@ EkiError read_state(const pugi::xml_node& root, EkiState& state) {
   return state.axes_deg.empty() ? EkiError::kNoAxes : EkiError::kNone;
 }
 
+bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+
+constexpr std::size_t kPlace = 3;  // X, Y, Z; the others are angles
+constexpr int kLargestInt = 2147483647;
+
+bool load(std::string_view document, pugi::xml_document& parsed) {
+  return document.size() <= kMaxEkiDocument &&
+         parsed.load_buffer(document.data(), document.size(), pugi::parse_default,
+                            pugi::encoding_utf8) &&
+         same_name(parsed.document_element().name(), "RobotState");
+}
+
 }  // namespace
 
 std::uint32_t draw_number() {
@@ -177,23 +191,17 @@ std::uint32_t draw_number() {
 
 const char* to_string(EkiError error) {
   switch (error) {
-    case EkiError::kNone:
-      return "none";
-    case EkiError::kOversized:
-      return "document of more than 8192 bytes";
-    case EkiError::kNotXml:
-      return "not well-formed XML";
-    case EkiError::kWrongRoot:
-      return "root element is not RobotState";
+    case EkiError::kNone: return "none";
+    case EkiError::kOversized: return "document of more than 8192 bytes";
+    case EkiError::kNotXml: return "not well-formed XML";
+    case EkiError::kWrongRoot: return "root element is not RobotState";
     case EkiError::kMissing:
       return "an element of the channel's SEND part is missing (Session, Heard, Move/@Id, @State, "
              "@Outcome, Status/@Ready)";
-    case EkiError::kNoAxes:
-      return "no Axis/@A1";
+    case EkiError::kNoAxes: return "no Axis/@A1";
     case EkiError::kBadNumber:
       return "a value is not a finite number, or not an integer where one is needed";
-    case EkiError::kDuplicate:
-      return "an element or attribute occurs twice";
+    case EkiError::kDuplicate: return "an element or attribute occurs twice";
   }
   return "unknown";
 }
@@ -234,14 +242,6 @@ std::string_view format_command(const EkiCommand& command, std::span<char> buffe
   out.put(command.duration_s, kDurationDecimals).put("\"></Move></RobotCommand>");
   return out.text();
 }
-
-namespace {
-
-bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
-
-bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-
-}  // namespace
 
 void EkiFramer::reset() {
   state_ = State::kOutside;
@@ -291,8 +291,7 @@ EkiFramer::Event EkiFramer::push(char c) {
       state_ = State::kRootTag;
       quote_ = last_ = '\0';
       return on_root_tag(c);
-    case State::kRootTag:
-      return on_root_tag(c);
+    case State::kRootTag: return on_root_tag(c);
     case State::kBody:
       if (c == '<') state_ = State::kBodyTag;
       return Event::kNone;
@@ -300,11 +299,9 @@ EkiFramer::Event EkiFramer::push(char c) {
       matched_ = 0;
       state_ = c == '/' ? State::kClosing : State::kBody;
       return Event::kNone;
-    case State::kClosing:
-      return on_closing(c);
+    case State::kClosing: return on_closing(c);
     case State::kOutside:
-    case State::kProlog:
-      break;
+    case State::kProlog: break;
   }
   return Event::kNone;
 }
@@ -342,20 +339,6 @@ EkiFramer::Event EkiFramer::on_closing(char c) {
   state_ = c == '<' ? State::kBodyTag : State::kBody;
   return Event::kNone;
 }
-
-namespace {
-
-constexpr std::size_t kPlace = 3;  // X, Y, Z; the others are angles
-constexpr int kLargestInt = 2147483647;
-
-bool load(std::string_view document, pugi::xml_document& parsed) {
-  return document.size() <= kMaxEkiDocument &&
-         parsed.load_buffer(document.data(), document.size(), pugi::parse_default,
-                            pugi::encoding_utf8) &&
-         same_name(parsed.document_element().name(), "RobotState");
-}
-
-}  // namespace
 
 std::optional<std::string> format_frame_command(const EkiFrameCommand& command) {
   for (const double value : command.values)

@@ -134,9 +134,9 @@ struct EkiState {
   std::uint32_t move_id = 0;
   EkiProgress progress = EkiProgress::kIdle;
   EkiOutcome outcome = EkiOutcome::kNone;
-  std::optional<std::uint32_t> latch_id;  ///< move that the latch belongs to
-  AxisAngles latch_deg;                   ///< $AXIS_INT
-  bool ready = false;                     ///< program running, drives on, no stop
+  std::optional<std::uint32_t> latch_id;         ///< move that the latch belongs to
+  AxisAngles latch_deg;                          ///< $AXIS_INT
+  bool ready = false;                            ///< program running, drives on, no stop
   OperatingMode mode = OperatingMode::kUnknown;  ///< Status/@Mode, its number
   bool drives = true, stopped = false, input = false;
   int override_percent = 100;

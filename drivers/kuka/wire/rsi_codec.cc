@@ -19,26 +19,16 @@ using wire::Writer;
 
 const char* to_string(WireError error) {
   switch (error) {
-    case WireError::kNone:
-      return "none";
-    case WireError::kEmpty:
-      return "empty datagram";
-    case WireError::kOversized:
-      return "datagram of more than 8192 bytes";
-    case WireError::kNotXml:
-      return "not well-formed XML, or truncated";
-    case WireError::kWrongRoot:
-      return "root element is not the one of RSI";
-    case WireError::kNoIpoc:
-      return "no IPOC";
-    case WireError::kBadIpoc:
-      return "IPOC is not a decimal number";
-    case WireError::kNoAxes:
-      return "no AIPos with A1 (add DEF_AIPos to SEND of the ethernet XML)";
-    case WireError::kBadNumber:
-      return "a value is not a finite number, or above 1000000";
-    case WireError::kDuplicate:
-      return "an element or attribute occurs twice";
+    case WireError::kNone: return "none";
+    case WireError::kEmpty: return "empty datagram";
+    case WireError::kOversized: return "datagram of more than 8192 bytes";
+    case WireError::kNotXml: return "not well-formed XML, or truncated";
+    case WireError::kWrongRoot: return "root element is not the one of RSI";
+    case WireError::kNoIpoc: return "no IPOC";
+    case WireError::kBadIpoc: return "IPOC is not a decimal number";
+    case WireError::kNoAxes: return "no AIPos with A1 (add DEF_AIPos to SEND of the ethernet XML)";
+    case WireError::kBadNumber: return "a value is not a finite number, or above 1000000";
+    case WireError::kDuplicate: return "an element or attribute occurs twice";
   }
   return "unknown";
 }

@@ -30,7 +30,8 @@ sim::Truth mastered_arm(double off_deg) {
     for (const std::string& name : kJoints) {
       const auto joint = std::ranges::find(robot.joints, name, &Joint::name);
       const auto i = static_cast<std::size_t>(joint - robot.joints.begin());
-      joint->offset_rad -= find(calibration(), joint_parameter(ParameterKind::kTheta, i))->correction;
+      joint->offset_rad -=
+          find(calibration(), joint_parameter(ParameterKind::kTheta, i))->correction;
       if (name == "A3") joint->offset_rad += joint->sign * off_deg * kRadPerDeg;
     }
   });

@@ -136,7 +136,8 @@ TEST(Bound, CountsRippleTwiceUntilManyPosturesDeterminedIt) {
   c.region.assign(3, JointVector(6, 0.0));
   EXPECT_DOUBLE_EQ(ripple_elsewhere_rad(c), ripple_elsewhere_rad(1.0, 2800.0)) << "of a tracker";
   c.repeats.degrees_of_freedom = 950.0;
-  EXPECT_DOUBLE_EQ(ripple_elsewhere_rad(c), std::sqrt(2.0)) << "fifty postures, read again and again";
+  EXPECT_DOUBLE_EQ(ripple_elsewhere_rad(c), std::sqrt(2.0))
+      << "fifty postures, read again and again";
 }
 
 TEST(Bound, WithoutCovarianceClaimsNothing) {

@@ -1,11 +1,12 @@
 // The uncertainty budget of a calibration.
 
+#include "calib/estimate/budget.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/budget.h"
 #include "calib/estimate/region.h"
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"

@@ -47,23 +47,12 @@ sim::Truth with_table_2(sim::Truth truth) {
     if (parameter.joint < 0) continue;
     const auto& e = conditions.errors.at(static_cast<std::size_t>(parameter.joint));
     switch (parameter.kind) {
-      case ParameterKind::kTheta:
-        value = e.theta_rad;
-        break;
-      case ParameterKind::kD:
-        value = e.d_m;
-        break;
-      case ParameterKind::kA:
-        value = e.a_m;
-        break;
-      case ParameterKind::kAlpha:
-        value = e.alpha_rad;
-        break;
-      case ParameterKind::kBeta:
-        value = e.beta_rad;
-        break;
-      default:
-        break;
+      case ParameterKind::kTheta: value = e.theta_rad; break;
+      case ParameterKind::kD: value = e.d_m; break;
+      case ParameterKind::kA: value = e.a_m; break;
+      case ParameterKind::kAlpha: value = e.alpha_rad; break;
+      case ParameterKind::kBeta: value = e.beta_rad; break;
+      default: break;
     }
   }
   return truth;

@@ -246,7 +246,8 @@ TEST(LinearUnitKuka, TheFootTurnsByWhatTheDirectionIsOff) {
   const std::string lines = external_kinematic_lines(c);
   std::smatch found;
   ASSERT_TRUE(std::regex_search(
-      lines, found, std::regex("\\(frame\\)=\\{X (\\S+),Y (\\S+),Z (\\S+),A (\\S+),B (\\S+),C (\\S+)\\}")))
+      lines, found,
+      std::regex("\\(frame\\)=\\{X (\\S+),Y (\\S+),Z (\\S+),A (\\S+),B (\\S+),C (\\S+)\\}")))
       << lines;
   FrameMmDeg frame;
   for (std::size_t k = 0; k < 3; ++k) frame.abc_deg[k] = std::stod(found[k + 4]);
@@ -316,8 +317,9 @@ TEST(LinearUnitCorrector, NamesAPositionBeyondTheTrack) {
   const JointVector seed = {kHighM + 0.1, 0.1, -1.2, 1.5, 0.2, 0.8, -0.3};
   const Reach reach = Corrector(c).joints(Predictor(c).nominal(seed), seed);
   ASSERT_TRUE(std::holds_alternative<NotReached>(reach));
-  EXPECT_EQ(words(std::get<NotReached>(reach), c.cell.robot),
-            "E1 would have to stand at 2600.000 mm, outside of its range of -500.000 to 2500.000 mm");
+  EXPECT_EQ(
+      words(std::get<NotReached>(reach), c.cell.robot),
+      "E1 would have to stand at 2600.000 mm, outside of its range of -500.000 to 2500.000 mm");
 }
 
 }  // namespace

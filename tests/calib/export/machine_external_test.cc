@@ -63,8 +63,7 @@ TEST(MachineUnit, IsAPrismaticJointAlongTheAxisOfTheFoot) {
   EXPECT_EQ(unit->min_rad, -0.05);
   EXPECT_EQ(unit->max_rad, 3.1);
   EXPECT_EQ(unit->max_speed_rad_s, 0.0) << "not stated";
-  EXPECT_EQ(unit_of(kUnit + "$AXIS_DIR[7]=-1\r\n")->guide->along,
-            Eigen::Vector3d(0, -1, 0));
+  EXPECT_EQ(unit_of(kUnit + "$AXIS_DIR[7]=-1\r\n")->guide->along, Eigen::Vector3d(0, -1, 0));
 }
 
 TEST(MachineUnit, HasThePriorsThatARobotFileWithoutThemHas) {
@@ -170,8 +169,7 @@ Eigen::Isometry3d placed(double x, double y, double z, double a, double b, doubl
 
 /// The table's flange in the world at two angles, as the controller computes it.
 Eigen::Isometry3d table_at(double tilt_rad, double turn_rad) {
-  return placed(1900.0, 21.0, -40.0, 180.2, 0.1, -0.3) *
-         placed(12.5, -3.0, 610.0, 0.0, 90.0, 0.4) *
+  return placed(1900.0, 21.0, -40.0, 180.2, 0.1, -0.3) * placed(12.5, -3.0, 610.0, 0.0, 90.0, 0.4) *
          Eigen::AngleAxisd(tilt_rad, Eigen::Vector3d::UnitZ()) *
          placed(80.2, 2.1, -6.3, 90.3, 89.6, 89.8) *
          Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()) *
@@ -214,7 +212,8 @@ TEST(MachineTable, HasThePriorsThatARobotFileWithoutThemHas) {
   Robot robot = load_robot(CELLCAL_ROBOTS_FOLDER "/kr5_r1400.toml");
   robot.positioner = axes_of(kTable);
   std::string text = robot_to_toml(robot);
-  for (std::size_t at; (at = text.find("_sigma_", text.find("[[positioner]]"))) != std::string::npos;) {
+  for (std::size_t at;
+       (at = text.find("_sigma_", text.find("[[positioner]]"))) != std::string::npos;) {
     const std::size_t begin = text.rfind('\n', at);
     text.erase(begin, text.find('\n', at) - begin);
   }
@@ -236,14 +235,16 @@ TEST(MachineTable, ThatIsNotWholeOrAnotherKinematicIsRefusedByVariable) {
     const char *from, *to, *words;
   };
   for (const Case& one : {
-           Case{"$EX_AX_NUM=3", "$EX_AX_NUM=2", "$EX_AX_NUM is 2, and $EX_KIN has a kinematic with E3"},
+           Case{"$EX_AX_NUM=3", "$EX_AX_NUM=2",
+                "$EX_AX_NUM is 2, and $EX_KIN has a kinematic with E3"},
            Case{"$AXIS_TYPE[9]=5", "", "$AXIS_TYPE[9]: not in the given"},
            Case{"$AXIS_TYPE[8]=3", "$AXIS_TYPE[8]=1", "$AXIS_TYPE[8] is 1: E2 slides"},
            Case{"$SOFTP_END[8]=90.0", "", "$SOFTN_END[8], $SOFTP_END[8]: not both"},
            Case{"$SOFTP_END[9]=360.0", "$SOFTP_END[9]=-360.0", "not a range of 1 deg"},
            Case{"$ET2_TA2A1", "$ET2_TPINFL", "$ET2_TA2A1: not in the given"},
            Case{"TR_A3 #NONE", "TR_A3 #E4", "$ET2_AX: 3 axes"},
-           Case{"MECH_TYPE #EASYS", "MECH_TYPE #EBSYS", "MACHINE_DEF with MECH_TYPE #EASYS: not in"},
+           Case{"MECH_TYPE #EASYS", "MECH_TYPE #EBSYS",
+                "MACHINE_DEF with MECH_TYPE #EASYS: not in"},
            Case{"ROOT {X 1900.0", "ROOT {X 1e7", "MACHINE_DEF with MECH_TYPE #EASYS: not in"},
        }) {
     const std::string said = table_refusal(replaced(kTable, one.from, one.to));

@@ -69,9 +69,8 @@ Calibration calibration_with_positioner(double scale = 3e-4, double give_per_nm 
 Isometry3d frame_of_json(const nlohmann::json& json) {
   const auto xyz = json.at("xyz_m").get<std::vector<double>>(),
              rpy = json.at("rpy_rad").get<std::vector<double>>();
-  return Eigen::Translation3d(xyz[0], xyz[1], xyz[2]) *
-         AngleAxisd(rpy[2], Vector3d::UnitZ()) * AngleAxisd(rpy[1], Vector3d::UnitY()) *
-         AngleAxisd(rpy[0], Vector3d::UnitX());
+  return Eigen::Translation3d(xyz[0], xyz[1], xyz[2]) * AngleAxisd(rpy[2], Vector3d::UnitZ()) *
+         AngleAxisd(rpy[1], Vector3d::UnitY()) * AngleAxisd(rpy[0], Vector3d::UnitX());
 }
 
 Isometry3d turn_of_json(const nlohmann::json& json, double angle_rad) {
@@ -214,12 +213,12 @@ TEST(PositionerCorrector, GivesTheArmsAnglesAsWithoutIt) {
   const Calibration c = calibration_with_positioner();
   Calibration alone = c;
   alone.cell.robot.positioner.clear();
-  std::erase_if(alone.parameters, [](const ParameterResult& p) {
-    return p.key.kind == ParameterKind::kPositioner;
-  });
+  std::erase_if(alone.parameters,
+                [](const ParameterResult& p) { return p.key.kind == ParameterKind::kPositioner; });
   const JointVector seed = {0.1, -1.2, 1.5, 0.2, 0.8, -0.3};
   const Isometry3d wanted = Predictor(c).nominal(seed);
-  const Reach one = Corrector(c).joints(wanted, seed), other = Corrector(alone).joints(wanted, seed);
+  const Reach one = Corrector(c).joints(wanted, seed),
+              other = Corrector(alone).joints(wanted, seed);
   ASSERT_TRUE(std::holds_alternative<Reached>(one));
   EXPECT_EQ(std::get<Reached>(one).joint_rad, std::get<Reached>(other).joint_rad);
 }
@@ -236,8 +235,8 @@ TEST(ExternalKinematic, TurnsEachAxisInTheControllersSense) {
   robot.positioner = axes;
   for (const double angle : {-0.7, 0.0, 0.3}) {
     const std::vector<double> e = {angle, -2.0 * angle};
-    const Isometry3d table = turned_about_z(turned_about_z(kuka.axes[0], e[0]) * kuka.axes[1], e[1]) *
-                             kuka.flange;
+    const Isometry3d table =
+        turned_about_z(turned_about_z(kuka.axes[0], e[0]) * kuka.axes[1], e[1]) * kuka.flange;
     EXPECT_LT(apart_m(table, carried_at(robot, e)), 1e-12);
     EXPECT_LT(apart_rad(table, carried_at(robot, e)), 1e-12);
   }
@@ -245,8 +244,8 @@ TEST(ExternalKinematic, TurnsEachAxisInTheControllersSense) {
 
 /// The first frame assigned to a variable in the lines.
 Isometry3d stated_frame(const std::string& lines, const std::string& variable) {
-  const std::regex pattern(
-      variable + "=\\{X (\\S+),Y (\\S+),Z (\\S+),A (\\S+),B (\\S+),C (\\S+)\\}");
+  const std::regex pattern(variable +
+                           "=\\{X (\\S+),Y (\\S+),Z (\\S+),A (\\S+),B (\\S+),C (\\S+)\\}");
   std::smatch found;
   EXPECT_TRUE(std::regex_search(lines, found, pattern)) << variable << "\n" << lines;
   FrameMmDeg frame;
@@ -267,8 +266,7 @@ TEST(ExternalKinematic, IsPrintedAsFoundByTheAxisOrByTheRootPoint) {
   const Isometry3d found = carried_as_found(c, e);
   constexpr double kDecimals = 1e-6;  // of the printed digits, over the lever of the positioner
   for (const Isometry3d& start : {first, Isometry3d(root * drawn.axes[0])}) {
-    const Isometry3d table =
-        turned_about_z(turned_about_z(start, e[0]) * second, e[1]) * flange;
+    const Isometry3d table = turned_about_z(turned_about_z(start, e[0]) * second, e[1]) * flange;
     EXPECT_LT(apart_m(table, found), kDecimals);
     EXPECT_LT(apart_rad(table, found), kDecimals);
   }

@@ -487,8 +487,8 @@ TEST(CalibrationJson, NamesTheKeyThatIsMissing) {
 TEST(CalibrationJson, SaysWhatToDoAboutAParameterThatTheCellDoesNotHave) {
   json document = json::parse(without_sum(written()));
   document["parameters"][0]["name"] = "A9.theta";
-  expect_words(refused(document),
-               {"cal.json.parameters[0].name", "\"A9.theta\"", "not a parameter", "Identify again"});
+  expect_words(refused(document), {"cal.json.parameters[0].name", "\"A9.theta\"", "not a parameter",
+                                   "Identify again"});
 }
 
 TEST(CalibrationJson, KeepsTheWordsOfFilesWithoutKindsAndOfKindsThatItDoesNotKnow) {

@@ -197,12 +197,15 @@ TEST(PositionerCell, RefusesWhatCannotBeOnIt) {
                {"on", "only spheres"});
   expect_words(refused_cell(kOnTable), {"between", "positioner"});
   expect_words(refused_cell(with(cell_text(), "id = \"S2\"", "id = \"E1\"")), {"id", "axis"});
-  EXPECT_EQ(positioner_cell_of(with(kOnTable, "id = \"S2\"", "id = \"S2\"\non = \"E2\"")).lengths.size(), 1u);
+  EXPECT_EQ(
+      positioner_cell_of(with(kOnTable, "id = \"S2\"", "id = \"S2\"\non = \"E2\"")).lengths.size(),
+      1u);
 }
 
 TEST(PositionerCell, StatesTheAnglesAtWhichAPlaceWasTaughtAndTheBoxOfOneToBeFound) {
   EXPECT_TRUE(positioner_cell_of().targets[0].taught_rad.empty());
-  const std::string taught = with(cell_text(), "on = \"E2\"", "on = \"E2\"\ntaught_deg = [-20.5, 90]");
+  const std::string taught =
+      with(cell_text(), "on = \"E2\"", "on = \"E2\"\ntaught_deg = [-20.5, 90]");
   const std::vector<double> angles = {-20.5 * kRadPerDeg, 90.0 * kRadPerDeg};
   EXPECT_EQ(positioner_cell_of(taught).targets[0].taught_rad, angles);
   const Cell again = positioner_cell_of(cell_to_toml(positioner_cell_of(taught), "r.toml"));

@@ -74,7 +74,8 @@ TEST(Stl, ReadsAsciiWhereverOneReadingIsLeft) {
   for (const char* before : {"\n", " \t", "\r\n\r\n", "\xEF\xBB\xBF", "\xEF\xBB\xBF  "})
     expect_the_triangle(parse_stl(before + ascii(kCorners), "f.stl"));
   std::string text = ascii(kCorners), apart = text;
-  for (const char* word : {"loop", "facet", "solid"}) apart.replace(apart.find("end" + std::string(word)), 3, "End  ");
+  for (const char* word : {"loop", "facet", "solid"})
+    apart.replace(apart.find("end" + std::string(word)), 3, "End  ");
   expect_the_triangle(parse_stl(apart, "f.stl"));
   EXPECT_EQ(parse_stl(apart + "\n" + apart, "f.stl").triangles.size(), 2u);
   expect_the_triangle(parse_stl(text.replace(0, 5, "Solid"), "f.stl"));
@@ -84,17 +85,20 @@ TEST(Stl, ReadsAsciiWhereverOneReadingIsLeft) {
 }
 
 TEST(Stl, ReadsBinaryWhereverOneReadingIsLeft) {
-  for (const std::string& header : {"x"s, "solid"s, "solid\0\0\0made by hand"s, "\nsolid facet normal"s}) {
+  for (const std::string& header :
+       {"x"s, "solid"s, "solid\0\0\0made by hand"s, "\nsolid facet normal"s}) {
     const std::string whole = binary({kTriangle, kTriangle}, header);
     EXPECT_EQ(parse_stl(whole, "f.stl").triangles.size(), 2u);
-    for (const std::string& behind : {"x"s, "\0\0"s, "COLOR=... solid facet normal"s, std::string(1051, ' ')})
+    for (const std::string& behind :
+         {"x"s, "\0\0"s, "COLOR=... solid facet normal"s, std::string(1051, ' ')})
       EXPECT_EQ(parse_stl(whole + behind, "f.stl").triangles.size(), 2u) << behind;
     std::string uncounted = whole;
     uncounted[80] = '\0';
     EXPECT_EQ(parse_stl(uncounted, "f.stl").triangles.size(), 2u);
     expect_words(stl_refusal(uncounted + "x"), {"f.stl: no triangles"});
     // More facets than are counted, or another thing behind them.
-    expect_words(stl_refusal(whole + binary({kTriangle}).substr(84)), {"f.stl: byte 80", "184", "234"});
+    expect_words(stl_refusal(whole + binary({kTriangle}).substr(84)),
+                 {"f.stl: byte 80", "184", "234"});
   }
 }
 

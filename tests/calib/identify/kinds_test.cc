@@ -229,8 +229,8 @@ Touch without_turning_the_tool(const Stage& stage, Random& random) {
   const double arm = random.uniform(-0.25, 0.25), forearm = random.uniform(-0.25, 0.25);
   touch.joint_rad = {random.uniform(-0.4, 0.4), -1.4 + arm, 1.6 + forearm, 0.0,
                      0.9 - arm - forearm,       0.0};
-  const Vector3d tip = stage.truth.arm.position(stage.truth.arm.prepare(touch.joint_rad),
-                                                stage.truth.errors.data());
+  const Vector3d tip =
+      stage.truth.arm.position(stage.truth.arm.prepare(touch.joint_rad), stage.truth.errors.data());
   const Vector3d seen = stage.frame[0].inverse() * tip;
   for (int k = 0; k < 3; ++k) touch.tracker_m[k] = seen[k] + 0.03 * kMm * random.normal();
   return touch;

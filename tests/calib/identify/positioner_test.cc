@@ -58,7 +58,8 @@ TEST(PositionerIdentified, WhatItGivesUnderItsLoadIsFound) {
   int found = 0;
   for (int p = 0; p < loaded.arm.size(); ++p) {
     const ArmParameter& parameter = loaded.arm.parameters()[static_cast<std::size_t>(p)];
-    if (parameter.carrier < 0 || parameter.axis < static_cast<int>(AxisError::kCompliance)) continue;
+    if (parameter.carrier < 0 || parameter.axis < static_cast<int>(AxisError::kCompliance))
+      continue;
     const ParameterResult* is = find(c, parameter);
     ASSERT_NE(is, nullptr);
     EXPECT_LT(std::abs(is->correction - loaded.x[p]), 4.0 * is->sigma)
@@ -119,8 +120,7 @@ TEST(PositionerPredicted, IsWhereTheTableAsFoundHasTheTip) {
   const JointVector q = {0.1, -1.2, 1.5, 0.2, 0.8, -0.3};
   const std::vector<double> e = {0.4, -1.3};
   const Eigen::Isometry3d tcp = in_base.calibrated(q).tcp;
-  EXPECT_TRUE(
-      (carried_as_found(c, e) * on_table.calibrated(q, e).tcp).isApprox(tcp, 1e-12));
+  EXPECT_TRUE((carried_as_found(c, e) * on_table.calibrated(q, e).tcp).isApprox(tcp, 1e-12));
   const std::span<const double> first = std::span(e).first(1);
   EXPECT_TRUE(
       (carried_as_found(c, first) * on_first.calibrated(q, first).tcp).isApprox(tcp, 1e-12));

@@ -83,24 +83,12 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
     const auto joint = static_cast<std::size_t>(std::max(parameter.joint, 0));
     const double phase = parameter.harmonic * q[joint] * robot.joints[joint].gear_ratio;
     switch (parameter.kind) {
-      case ParameterKind::kTheta:
-        links[joint].theta += x[p];
-        break;
-      case ParameterKind::kD:
-        links[joint].d += x[p];
-        break;
-      case ParameterKind::kA:
-        links[joint].a += x[p];
-        break;
-      case ParameterKind::kAlpha:
-        links[joint].alpha += x[p];
-        break;
-      case ParameterKind::kBeta:
-        links[joint].beta += x[p];
-        break;
-      case ParameterKind::kCompliance:
-        links[joint].theta += x[p] * torque[parameter.joint];
-        break;
+      case ParameterKind::kTheta: links[joint].theta += x[p]; break;
+      case ParameterKind::kD: links[joint].d += x[p]; break;
+      case ParameterKind::kA: links[joint].a += x[p]; break;
+      case ParameterKind::kAlpha: links[joint].alpha += x[p]; break;
+      case ParameterKind::kBeta: links[joint].beta += x[p]; break;
+      case ParameterKind::kCompliance: links[joint].theta += x[p] * torque[parameter.joint]; break;
       case ParameterKind::kLoad: {  // moment only, as of a weight-compensated heavy link
         Robot moved = robot;
         Joint& link = moved.joints[static_cast<std::size_t>(parameter.link)];
@@ -121,12 +109,8 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
         links[joint].theta +=
             x[p] * std::tanh(torque[parameter.joint] / robot.joints[joint].play_closes_nm);
         break;
-      case ParameterKind::kCosine:
-        links[joint].theta += x[p] * std::cos(phase);
-        break;
-      case ParameterKind::kSine:
-        links[joint].theta += x[p] * std::sin(phase);
-        break;
+      case ParameterKind::kCosine: links[joint].theta += x[p] * std::cos(phase); break;
+      case ParameterKind::kSine: links[joint].theta += x[p] * std::sin(phase); break;
       case ParameterKind::kFunctionCosine:
         links[joint].theta += x[p] * std::cos(parameter.harmonic * q[joint]);
         break;
@@ -138,14 +122,9 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
         (parameter.axis == 0 ? links[joint].tilt_x : links[joint].tilt_y) += tilt;
         break;
       }
-      case ParameterKind::kDeflection:
-        c_t = x[p];
-        break;
-      case ParameterKind::kTcp:
-        tool.tcp.translation()[parameter.axis] += x[p];
-        break;
-      default:
-        break;  // not of the arm
+      case ParameterKind::kDeflection: c_t = x[p]; break;
+      case ParameterKind::kTcp: tool.tcp.translation()[parameter.axis] += x[p]; break;
+      default: break;  // not of the arm
     }
   }
   Isometry3d flange = robot.base_fixed;

@@ -220,8 +220,8 @@ TEST(Positioner, HasAParameterWhereAPriorIsStated) {
     EXPECT_EQ(parameter_key(cell, names.back()), static_cast<const ParameterKey&>(parameter));
   }
   EXPECT_EQ(names, (std::vector<std::string>{"E1.x", "E1.y", "E1.rx", "E1.ry", "E1.bearing_x",
-                                             "E1.bearing_y", "E2.rx", "E2.ry",
-                                             "E2.scale", "E2.compliance"}));
+                                             "E1.bearing_y", "E2.rx", "E2.ry", "E2.scale",
+                                             "E2.compliance"}));
   EXPECT_FALSE(parameter_key(cell, "E3.x"));
   EXPECT_FALSE(parameter_key(cell, "E1.z"));
 }

@@ -391,8 +391,9 @@ TEST(CellCheck, FindsNothingOnAnyShippedRobotOrExample) {
   EXPECT_GE(robots, 46);
   ::setenv("CELLCAL_ROBOTS", CELLCAL_ROBOTS_FOLDER, 1);
   int cells = 0;
-  for (const char* file : {CELLCAL_DEMO_CELL, CELLCAL_SOURCE "/calib/examples/cell.toml", CELLCAL_CONSTRAINTS_CELL,
-                           CELLCAL_TESTS_FOLDER "/real-data/mukca/panda_1/front/cell.toml"}) {
+  for (const char* file :
+       {CELLCAL_DEMO_CELL, CELLCAL_SOURCE "/calib/examples/cell.toml", CELLCAL_CONSTRAINTS_CELL,
+        CELLCAL_TESTS_FOLDER "/real-data/mukca/panda_1/front/cell.toml"}) {
     EXPECT_EQ(all_words(faults_of(load_cell(file))), "") << file;
     ++cells;
   }

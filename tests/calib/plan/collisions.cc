@@ -114,15 +114,12 @@ double Collisions::distance_m(const Shape& shape, const Vector3d& point) {
   }
   const Vector3d p = shape.frame.linear().transpose() * (point - shape.frame.translation());
   switch (shape.kind) {
-    case Shape::Kind::kBall:
-      return p.norm() - shape.half.x();
+    case Shape::Kind::kBall: return p.norm() - shape.half.x();
     case Shape::Kind::kPost:
       return std::hypot(std::max(0.0, std::hypot(p.x(), p.y()) - shape.half.x()),
                         std::max(0.0, std::abs(p.z()) - shape.half.z()));
-    case Shape::Kind::kFloor:
-      return p.z();
-    default:
-      break;
+    case Shape::Kind::kFloor: return p.z();
+    default: break;
   }
   double sum = 0.0;
   for (int k = 0; k < 3; ++k) sum += std::pow(std::max(0.0, std::abs(p[k]) - shape.half[k]), 2);

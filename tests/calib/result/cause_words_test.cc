@@ -164,10 +164,9 @@ TEST(CauseWords, OfSizes) {
   const FindingPart wires{{}, {{"longer", -0.4, "mm", 0.05}}};
   EXPECT_EQ(cause_words(likely(LikelyCause::kArtefactSize, {}, {}, {wires})),
             "readings of all wires: 0.40 ± 0.05 mm too long. Check where the wire reads zero");
-  EXPECT_EQ(
-      cause_words(likely(LikelyCause::kArtefactSize, {}, {}, {sphere, wires})),
-      "diameter of S2: 61.400 mm stated, 61.80 ± 0.02 mm measured, or readings of all wires: "
-      "0.40 ± 0.05 mm too long. Check diameter_mm, and clean the sphere");
+  EXPECT_EQ(cause_words(likely(LikelyCause::kArtefactSize, {}, {}, {sphere, wires})),
+            "diameter of S2: 61.400 mm stated, 61.80 ± 0.02 mm measured, or readings of all wires: "
+            "0.40 ± 0.05 mm too long. Check diameter_mm, and clean the sphere");
   EXPECT_TRUE(cause_words(likely(LikelyCause::kArtefactSize, {}, {{"lengths", 1.0, ""}}, {sphere}))
                   .ends_with("Check diameter_mm and the certified lengths, and clean the sphere"));
 }

@@ -53,10 +53,11 @@ TEST(FindingWords, AreASentenceForEveryKindWhateverItsEvidence) {
 }
 
 TEST(FindingWords, OfJointsThatWereNeverTurned) {
-  EXPECT_EQ(said(FindingKind::kScopeOfTouches, {}, {{"predicted", 0.25, "mm"}},
-                 {{about_joint("A4"), {}}, {about_joint("A6"), {}}}),
-            "scope: A4, A6: not turned between the touches; the result is valid near the touched places only "
-            "(0.250 mm). Touch with all joints turned to extend it");
+  EXPECT_EQ(
+      said(FindingKind::kScopeOfTouches, {}, {{"predicted", 0.25, "mm"}},
+           {{about_joint("A4"), {}}, {about_joint("A6"), {}}}),
+      "scope: A4, A6: not turned between the touches; the result is valid near the touched places only "
+      "(0.250 mm). Touch with all joints turned to extend it");
 }
 
 TEST(FindingWords, OfTouches) {
@@ -106,13 +107,14 @@ TEST(FindingWords, OfTouches) {
   EXPECT_EQ(
       not_judged(target("T", TargetKind::kTracker), {{"touches", 3.0, ""}, {"unusable", 1.0, ""}}),
       "not judged: T, which has no fit touch: a reading is not a number. Leave it out");
-  EXPECT_EQ(said(FindingKind::kControllerModel, about_robot("", "KR 5"),
-                 {{"difference", 12.3, "mm"}, {"postures", 40.0, ""}}, {}, "A1 0.0, A2 -90.0 deg",
-                 Severity::kWarns),
-            "controller's model: 12.30 mm from the robot file at A1 0.0, A2 -90.0 deg, over 40 "
-            "postures with $TOOL and $BASE estimated: another robot type, or absolute accuracy is "
-            "active ($ABS_ACCUR). Compare the type plate with the robot file. The calibration holds "
-            "for joint angles; 'cellcal correct' refuses programs");
+  EXPECT_EQ(
+      said(FindingKind::kControllerModel, about_robot("", "KR 5"),
+           {{"difference", 12.3, "mm"}, {"postures", 40.0, ""}}, {}, "A1 0.0, A2 -90.0 deg",
+           Severity::kWarns),
+      "controller's model: 12.30 mm from the robot file at A1 0.0, A2 -90.0 deg, over 40 "
+      "postures with $TOOL and $BASE estimated: another robot type, or absolute accuracy is "
+      "active ($ABS_ACCUR). Compare the type plate with the robot file. The calibration holds "
+      "for joint angles; 'cellcal correct' refuses programs");
   EXPECT_EQ(said(FindingKind::kTemperature, {},
                  {{"coldest", -1.2, "degrees C"},
                   {"hottest", 21.5, "degrees C"},
@@ -227,11 +229,10 @@ TEST(FindingWords, OfUpdates) {
             "not updated: more than one change found (8 touches): tool shifted by 1.30 ± 0.04 mm "
             "(k=2); next likely: S2 moved by 2.00 ± 0.10 mm (k=2). Run a full session: 'cellcal "
             "run --cell CELL'");
-  EXPECT_EQ(
-      said(FindingKind::kUpdateNotResolved, about_tool("tool"), shift),
-      "not updated: tool shifted by 1.30 ± 0.04 mm (k=2), probability 99.0 %, 8 touches: not "
-      "resolved; 0.120 mm predicted over the workspace, 0.110 mm before the change. Run a "
-      "full session: 'cellcal run --cell CELL'");
+  EXPECT_EQ(said(FindingKind::kUpdateNotResolved, about_tool("tool"), shift),
+            "not updated: tool shifted by 1.30 ± 0.04 mm (k=2), probability 99.0 %, 8 touches: not "
+            "resolved; 0.120 mm predicted over the workspace, 0.110 mm before the change. Run a "
+            "full session: 'cellcal run --cell CELL'");
 }
 
 TEST(FindingWords, OfWhatWentWrong) {

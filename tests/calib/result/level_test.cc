@@ -41,9 +41,10 @@ TEST(Level, ItsWordsNameWhatTheTouchesGaveEvidenceFor) {
   cell.robot.joints[1].function_sigma_rad = 12.0 * kArcsec;
   cell.robot.joints[2].function_sigma_rad = 38.0 * kArcsec;
   cell.robot.joints[2].bearing_sigma_rad_per_nm = 1e-6;
-  EXPECT_NE(words(cell, {0.0, 0.0, 0.0})
-                .find("compliance across the axes, functions of the joints' angles 12 to 38 arcsec"),
-            std::string::npos);
+  EXPECT_NE(
+      words(cell, {0.0, 0.0, 0.0})
+          .find("compliance across the axes, functions of the joints' angles 12 to 38 arcsec"),
+      std::string::npos);
 }
 
 TEST(Level, EveryArmHasGearsWhetherItsFileNamesThemOrNot) {

@@ -151,7 +151,8 @@ TEST_F(AnApiOnTheNetwork, AnswersABrowserWhoseLoginHasEndedAtOnceAndTakesItsCook
     const Response ended = ask(request("GET", "/v1/status", {{"cookie", cookie}}));
     EXPECT_EQ(ended.status, 401);
     EXPECT_EQ(ended.hold.count(), 0) << i;
-    const auto sent = std::ranges::find(ended.headers, "Set-Cookie", [](const auto& one) { return one.first; });
+    const auto sent =
+        std::ranges::find(ended.headers, "Set-Cookie", [](const auto& one) { return one.first; });
     ASSERT_NE(sent, ended.headers.end());
     EXPECT_NE(sent->second.find("Max-Age=0"), std::string::npos) << sent->second;
   }

@@ -299,8 +299,9 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
       ask("POST", "/v1/cell-form/robot",
           nlohmann::json{{"machine_data", machine + "\n$EX_KIN={ET1 #ERSYS,ET2 #NONE}"}}.dump());
   ASSERT_EQ(carried.status, 201) << carried.body;
-  EXPECT_NE(json::parse(carried.body).at("linear_unit").at("missing").get<std::string>().find("$ET1_AX"),
-            std::string::npos)
+  EXPECT_NE(
+      json::parse(carried.body).at("linear_unit").at("missing").get<std::string>().find("$ET1_AX"),
+      std::string::npos)
       << carried.body;
   const std::string on_unit =
       machine +
@@ -308,9 +309,9 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
       "$EX_KIN={ET1 #ERSYS,ET2 #NONE}\n$ET1_AX={TR_A1 #E1,TR_A2 #NONE,TR_A3 #NONE}\n"
       "$ET1_TA1KR={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C -90.0}\n"
       "$ET1_TFLA3={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 90.0}";
-  const auto with_unit = ask(
-      "POST", "/v1/cell-form/robot",
-      nlohmann::json{{"machine_data", on_unit}, {"unit_speed_mm_s", 1500.0}}.dump());
+  const auto with_unit =
+      ask("POST", "/v1/cell-form/robot",
+          nlohmann::json{{"machine_data", on_unit}, {"unit_speed_mm_s", 1500.0}}.dump());
   ASSERT_EQ(with_unit.status, 201) << with_unit.body;
   const auto unit = json::parse(with_unit.body).at("linear_unit");
   EXPECT_EQ(unit.at("name"), "E1");
@@ -321,9 +322,11 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
   of_it["form"]["robot"] = json::parse(with_unit.body).at("name");
   EXPECT_EQ(ask("POST", "/v1/cell-form", of_it.dump()).status, 201);
   EXPECT_EQ(ask("POST", "/v1/cell-form/scene", json{{"form", of_it["form"]}}.dump()).status, 200);
-  EXPECT_EQ(json::parse(ask("POST", "/v1/cell-form/robot", json{{"machine_data", on_unit}}.dump()).body)
-                .at("linear_unit").at("max_speed_mm_s"),
-            nullptr);
+  EXPECT_EQ(
+      json::parse(ask("POST", "/v1/cell-form/robot", json{{"machine_data", on_unit}}.dump()).body)
+          .at("linear_unit")
+          .at("max_speed_mm_s"),
+      nullptr);
   for (const json& speed : {json(0), json(-1.0), json(1e5), json("1500"), json()})
     EXPECT_EQ(ask("POST", "/v1/cell-form/robot",
                   json{{"machine_data", on_unit}, {"unit_speed_mm_s", speed}}.dump())

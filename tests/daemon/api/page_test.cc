@@ -1,13 +1,12 @@
 // Files of the page and values that it draws, by requests.
 
-#include "daemon/api/http/http.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/handlers.h"
+#include "daemon/api/http/http.h"
 #include "daemon/tasks/options.h"
 #include "tests/daemon/api/without_hardware.h"
 

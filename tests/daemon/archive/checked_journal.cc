@@ -37,8 +37,7 @@ const calib::Plan& plan() {
   return made;
 }
 
-SessionInputs inputs_of(const SessionOptions& options,
-                        const CheckedJournal::Files& files = {}) {
+SessionInputs inputs_of(const SessionOptions& options, const CheckedJournal::Files& files = {}) {
   return {"/cell.toml", files.cell, "kr5_r1400", files.robot, options_to_json(options)};
 }
 

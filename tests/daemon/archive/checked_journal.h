@@ -18,7 +18,7 @@ class CheckedJournal {
   CheckedJournal();
 
   struct Check {
-    Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< of the tool
+    Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();     ///< of the tool
     std::optional<calib::TcpCheck> result = that_holds();  ///< none: no outcome is recorded
     std::optional<double> temperature_c = {};
     bool ends = true;

@@ -236,8 +236,7 @@ TEST_F(AWatch, NamesTheChangesOfTheCellWithTheirDates) {
   EXPECT_EQ(words[3],
             "calibration of session 5: tool changed, TCP moved by 100.000 mm, robot file changed, "
             "change of the arm accepted");
-  EXPECT_EQ(words[4],
-            "calibration of session 2 in use again, by anna (the torch was put back)");
+  EXPECT_EQ(words[4], "calibration of session 2 in use again, by anna (the torch was put back)");
   EXPECT_EQ(calib::date_words(events[4].time_s), "2026-03-01");
   EXPECT_TRUE(std::ranges::is_sorted(events, {}, &calib::DriftEvent::time_s));
   EXPECT_EQ(calib::words(phrase(events[2]), *calib::Language::of("de")),

@@ -116,7 +116,8 @@ TEST_F(ACellsVersions, AreThoseBeforeAMistakenActivationAfterARollBack) {
   const auto back = [&] {
     return roll_back(*journal, 0, {0, "2026-04-01T00:00:00.000Z", "ben", "not this one"});
   };
-  const std::int64_t one = calibrate(), two = calibrate({.seed = 2}), three = calibrate({.seed = 3});
+  const std::int64_t one = calibrate(), two = calibrate({.seed = 2}),
+                     three = calibrate({.seed = 3});
   put_into_use(one);
   EXPECT_EQ(back(), three);
   EXPECT_EQ(in_use(), three);

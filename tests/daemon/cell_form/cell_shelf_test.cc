@@ -80,8 +80,8 @@ TEST_F(ACellShelf, KeepsWhatSomebodyHasAddedByHand) {
 
 /// ASCII STL of one triangle.
 std::string triangle(const std::string& corner, const std::string& other = "100 0 0") {
-  return "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex " + other + "\nvertex " + corner +
-         "\nendloop\nendfacet\nendsolid s\n";
+  return "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex " + other + "\nvertex " +
+         corner + "\nendloop\nendfacet\nendsolid s\n";
 }
 
 TEST_F(ACellShelf, KeepsAnStlFileThatAnObstacleOfAFormNames) {

@@ -166,15 +166,16 @@ TEST(ACertificatesWords, SayThatInterruptionsWereNotRecordedWhereNoChangeOfPhase
 TEST(ACertificatesWords, ListTheAxesOfAPositionerWithTheirBounds) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
-  const Archive archive = make_archive(
-      journal, record(journal, {.positioner = true}, false), directory / "none");
+  const Archive archive =
+      make_archive(journal, record(journal, {.positioner = true}, false), directory / "none");
   const CertificateData data = make_certificate(archive, "e", kIssue);
   ASSERT_EQ(data.positioner.size(), 1u);
   EXPECT_EQ(data.positioner[0].name.text, "E1");
   EXPECT_EQ(data.positioner[0].place.text, "0.025");
   EXPECT_NEAR(std::get<double>(Origins(archive).at(data.positioner[0].xyz[0].from)), 1150.2, 1e-9);
   EXPECT_TRUE(says(to_html(data), "<h2>Axes of the positioner</h2>"));
-  EXPECT_TRUE(says(to_html(data, *calib::Language::of("de")), "<h2>Achsen des Drehkipptischs</h2>"));
+  EXPECT_TRUE(
+      says(to_html(data, *calib::Language::of("de")), "<h2>Achsen des Drehkipptischs</h2>"));
   EXPECT_TRUE(says(to_dcc(data), "E1: bound of the direction (95 %)"));
   EXPECT_TRUE(says(to_dcc(data), "\\milli\\radian"));
   const auto axis = nlohmann::json::parse(to_json(data)).at("positioner").at(0);
@@ -187,8 +188,8 @@ TEST(ACertificatesWords, ListTheAxesOfAPositionerWithTheirBounds) {
 TEST(ACertificatesWords, ListALinearUnitsFiguresWithTheirBounds) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
-  const Archive archive = make_archive(
-      journal, record(journal, {.linear_unit = true}, false), directory / "none");
+  const Archive archive =
+      make_archive(journal, record(journal, {.linear_unit = true}, false), directory / "none");
   const CertificateData data = make_certificate(archive, "e", kIssue);
   ASSERT_TRUE(data.linear_unit.has_value());
   EXPECT_EQ(data.linear_unit->name.text, "E1");

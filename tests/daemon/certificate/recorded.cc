@@ -127,7 +127,8 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
     line.direction_u95_rad = 8.1e-5;
     line.scale = -2.34e-5;
     line.scale_u95 = 4.1e-6;
-    line.at.push_back({0.25, {1e-5, 2e-5, 3e-5, 4e-5, 5e-5, 6e-5}, {1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6}});
+    line.at.push_back(
+        {0.25, {1e-5, 2e-5, 3e-5, 4e-5, 5e-5, 6e-5}, {1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6}});
     line.at.push_back({3.0, {}, {}});
     calibration.linear_unit = line;
   }

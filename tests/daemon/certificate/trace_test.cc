@@ -155,7 +155,9 @@ TEST_F(ACertificate, TracesTheScaleToWhatTheVerdictFound) {
   data.lengths[0].certificate.text = "FITTED-1";
   data.lengths[1].certificate.text = "CHECKED-2";
   data.lengths[1].is_check = true;
-  const auto has_scale = [&](const char* words) { return to_html(data).find(words) != std::string::npos; };
+  const auto has_scale = [&](const char* words) {
+    return to_html(data).find(words) != std::string::npos;
+  };
   EXPECT_TRUE(has_scale("The certified lengths hold the scale"));
   const std::string html = to_html(data);
   const std::size_t at = html.find("The certified lengths hold the scale");

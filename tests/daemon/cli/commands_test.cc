@@ -48,9 +48,12 @@ TEST(Cellcal, IsUsedWronglyWithoutACommandOrWithOneThatDoesNotExist) {
   for (const char* comma : {"21,5", "warm"}) {
     const Outcome refused = run_program({CELLCAL, "check", "--temperature", comma});
     EXPECT_EQ(refused.status, 2);
-    EXPECT_NE(refused.err.find("is not a number (use a decimal point)"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("is not a number (use a decimal point)"), std::string::npos)
+        << refused.err;
   }
-  EXPECT_NE(run_program({CELLCAL, "check", "--temperature", "99"}).err.find("99 is not between -40 and 80"), std::string::npos);
+  EXPECT_NE(run_program({CELLCAL, "check", "--temperature", "99"})
+                .err.find("99 is not between -40 and 80"),
+            std::string::npos);
   EXPECT_EQ(run_program({CELLCAL, "identify", "--cell", "c"}).status, 2);
 }
 

@@ -1,11 +1,11 @@
 // Output of 'cellcal history --drift' for any answer.
 
-#include "daemon/cli/actions.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+
+#include "daemon/cli/actions.h"
 
 namespace cellcal::daemon {
 namespace {

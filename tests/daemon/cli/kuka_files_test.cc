@@ -20,7 +20,7 @@ class KukaFiles : public ::testing::Test {
   void configure(const std::string& more, const std::string& backend = "eki") {
     std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nbackend = \"" + backend +
                                          "\"\n[contact]\n"
-                                     "device = \"/dev/ttyUSB0\"\n"
+                                         "device = \"/dev/ttyUSB0\"\n"
                                   << more;
   }
   Outcome make(std::vector<std::string> more = {}) {
@@ -156,8 +156,8 @@ TEST_F(KukaFiles, AreVerifiedInABackupToo) {
   add("KRC/R1/other.xml", dir / "d.toml");
   ASSERT_EQ(zip_close(archive), 0);
   const auto verify = [&] {
-    return run_program({CELLCAL, "kuka-files", "--config", dir / "d.toml", "--wire", "rsi",
-                        "--verify", zip});
+    return run_program(
+        {CELLCAL, "kuka-files", "--config", dir / "d.toml", "--wire", "rsi", "--verify", zip});
   };
   const Outcome sound = verify();
   EXPECT_EQ(sound.out.rfind("ok", 0), 0u) << sound.out << sound.err;

@@ -124,8 +124,10 @@ TEST(ImportRobotWithMachineData, ComparesTheArmOfARobotFileBehindItsLinearUnitWh
   const ControllersTrack files;
   const Outcome made = files.imported({"--robot", files.robot, "-o", files.dir / "made.toml"});
   ASSERT_EQ(made.status, 0) << made.err;
-  EXPECT_NE(made.err.find("$LENGTH_A 180.000 mm in the controller, 260.000 mm in the robot file (a_mm of A1)"),
-            std::string::npos)
+  EXPECT_NE(
+      made.err.find(
+          "$LENGTH_A 180.000 mm in the controller, 260.000 mm in the robot file (a_mm of A1)"),
+      std::string::npos)
       << made.err;
   EXPECT_NE(made.err.find("That of the robot file stays"), std::string::npos) << made.err;
   const calib::Robot before = calib::load_robot(files.robot),
@@ -154,7 +156,8 @@ TEST(ImportRobotWithMachineData, SetsTheToolOfACellOnALinearUnitAndOfAnArmThatCa
                              std::filesystem::copy_options::overwrite_existing);
   const Outcome other = put();
   ASSERT_EQ(other.status, 0) << other.err;
-  EXPECT_NE(other.err.find("has 7 joints; machine data of a six-axis arm are read. Lengths are not compared"),
+  EXPECT_NE(other.err.find(
+                "has 7 joints; machine data of a six-axis arm are read. Lengths are not compared"),
             std::string::npos)
       << other.err;
   EXPECT_EQ(calib::load_cell(files.cell).tool.tcp.translation().z(), 0.25);
@@ -229,7 +232,8 @@ TEST(ALinearUnit, IsExportedWithWhatAFormCannotHoldInMillimetres) {
   EXPECT_NE(exported("yaml").find("are the table below"), std::string::npos);
   EXPECT_NE(content(files.dir / "yaml").find("\njoint_e1_motion:\n  position: [0, "),
             std::string::npos);
-  EXPECT_NE(exported("dh").find("E1 carries the arm: not in a table of the arm; driven as drawn it costs"),
+  EXPECT_NE(exported("dh").find(
+                "E1 carries the arm: not in a table of the arm; driven as drawn it costs"),
             std::string::npos);
   exported("json");
   EXPECT_TRUE(nlohmann::json::parse(content(files.dir / "json")).contains("linear_unit"));
@@ -249,10 +253,11 @@ TEST(ALinearUnit, IsCorrectedForSinglePosesWhereItStands) {
   (void)run_program(
       {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
   const std::string poses = files.dir / "poses.csv";
-  std::ofstream(poses) << "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,E1,A1,A2,A3,A4,A5,A6\n1200,1500,700,0,90,0,1500,0,-70,80,0,60,0\n";
+  std::ofstream(poses)
+      << "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,E1,A1,A2,A3,A4,A5,A6\n1200,1500,700,0,90,0,1500,0,-70,80,0,60,0\n";
   const auto corrected = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> all = {CELLCAL, "correct", "--calibration", files.result, "--poses", poses,
-                                    "--withheld"};
+    std::vector<std::string> all = {CELLCAL,   "correct", "--calibration", files.result,
+                                    "--poses", poses,     "--withheld"};
     all.insert(all.end(), more.begin(), more.end());
     return run_program(all);
   };

@@ -199,18 +199,12 @@ TEST(ARobotFileBesideTheCellFile, IsNamedRelativeToIt) {
 
 // ---- the dialogue ----------------------------------------------------------------------------
 
-const std::vector<std::string> kAnswers{"kr5_r1400",
-                                        "59.9 50.5 410.3 38.84 3.59 0",
-                                        "",
-                                        "1.535",
-                                        "",
-                                        "0",
-                                        "61.4 0.002",
-                                        "1080, -320, 330",
-                                        "=",
-                                        "1060 380 330",
-                                        "",
-                                        "700.286 0.005"};
+const std::vector<std::string> kAnswers{"kr5_r1400",  "59.9 50.5 410.3 38.84 3.59 0",
+                                        "",           "1.535",
+                                        "",           "0",
+                                        "61.4 0.002", "1080, -320, 330",
+                                        "=",          "1060 380 330",
+                                        "",           "700.286 0.005"};
 
 std::string joined(const std::vector<std::string>& lines, std::size_t count) {
   std::string text;

@@ -109,8 +109,8 @@ TEST(APlan, IsATouchFileThatIdentifyReadsAndPredictContinuesFrom) {
             std::string::npos)
       << predicted.err;
   const auto by_values = [&](const std::string& values) {
-    return run_program({CELLCAL, "predict", "--calibration", calibration, "--joints", values,
-                        "--withheld"});
+    return run_program(
+        {CELLCAL, "predict", "--calibration", calibration, "--joints", values, "--withheld"});
   };
   EXPECT_TRUE(predicted.out.starts_with(by_values("0,-90,90,0,0,0").out));
   EXPECT_EQ(by_values("-10, -80.5,80,20,30,+40").status, 0);

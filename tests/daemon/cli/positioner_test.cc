@@ -141,8 +141,7 @@ TEST(APositioner, HasTipsOnItsTablePredictedWithErrorAndBound) {
   const std::string joints = made().file("joints.csv", kJointsOnTable);
   const Outcome table = made().run({"predict", "--joints", joints, "--on", "E2"});
   ASSERT_EQ(table.status, 0) << table.err;
-  EXPECT_TRUE(table.out.starts_with(
-      "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,u95_mm,dx_mm,dy_mm,dz_mm\n"));
+  EXPECT_TRUE(table.out.starts_with("x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,u95_mm,dx_mm,dy_mm,dz_mm\n"));
   const Outcome base = made().run({"predict", "--joints", joints});
   ASSERT_EQ(base.status, 0) << base.err;
   EXPECT_TRUE(base.out.starts_with("x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,u95_mm\n"));
@@ -152,8 +151,7 @@ TEST(APositioner, HasTipsOnItsTablePredictedWithErrorAndBound) {
   ASSERT_EQ(told.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_GT(told[i][6], 0.0);
-    for (std::size_t k = 0; k < 3; ++k)
-      EXPECT_NEAR(told[i][k] - drawn[i][k], told[i][7 + k], 1e-8);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(told[i][k] - drawn[i][k], told[i][7 + k], 1e-8);
   }
   const Outcome json = made().run({"predict", "--joints", joints, "--on", "E2", "--json"});
   EXPECT_NEAR(nlohmann::json::parse(json.out)[1]["dz_mm"].get<double>(), told[1][9], 1e-8);

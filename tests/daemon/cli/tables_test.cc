@@ -15,8 +15,7 @@ TEST(ANoticeOfTheFleet, NamesWhatWithholdsACalibrationInWords) {
   const auto words = [](const char* detail) {
     return need_words({{"what", "withheld"}, {"since", nullptr}, {"detail", detail}});
   };
-  EXPECT_EQ(words("touch_scatter, no_gain"),
-            "newest calibration withheld: touch scatter, no gain");
+  EXPECT_EQ(words("touch_scatter, no_gain"), "newest calibration withheld: touch scatter, no gain");
   EXPECT_EQ(words("of_a_later_version"), "newest calibration withheld: of_a_later_version");
 }
 

@@ -111,8 +111,8 @@ std::string figures(const DaemonConfig& c) {
   text += line("session", c.timeouts.connecting.count(), c.retries, c.repeats.of_touch,
                c.repeats.of_session, c.timeouts.busy.count());
   const ScheduleConfig& n = c.schedule;
-  text += line("schedule", n.unattended, n.responsible, static_cast<int>(n.program_start), n.resumes,
-               n.resume_wait_s);
+  text += line("schedule", n.unattended, n.responsible, static_cast<int>(n.program_start),
+               n.resumes, n.resume_wait_s);
   for (const ScheduledSession& one : n.sessions) {
     text += line("scheduled", one.name, one.kind, one.cell, one.window.from_min, one.window.to_min,
                  one.on_request, one.touches.value_or(0), one.check.value_or(0),
@@ -139,10 +139,10 @@ std::string figures(const DaemonConfig& c) {
                  p->outbox_megabytes, p->sparkplug);
   }
   const drivers::RsiConfig& r = c.rsi;
-  text +=
-      line("rsi", r.bind_address, r.port, r.sentype, r.axis_tag, r.external_axis_tag, r.stop_tag,
-           r.mode_tag, r.override_tag, r.contact_tag, static_cast<int>(r.mode), r.hold_on, r.longest_lag_s,
-           r.silence_cycles, r.late_replies_limit, r.correction_limit_deg.at(0), c.realtime);
+  text += line("rsi", r.bind_address, r.port, r.sentype, r.axis_tag, r.external_axis_tag,
+               r.stop_tag, r.mode_tag, r.override_tag, r.contact_tag, static_cast<int>(r.mode),
+               r.hold_on, r.longest_lag_s, r.silence_cycles, r.late_replies_limit,
+               r.correction_limit_deg.at(0), c.realtime);
   text += line("space", r.space.on, r.space.tag, static_cast<int>(r.space.frame), r.space.limit_mm,
                r.space.turn_limit_deg);
   const drivers::EkiConfig& e = c.eki;
@@ -153,15 +153,15 @@ std::string figures(const DaemonConfig& c) {
                k.acceleration_percent, k.alive_flag, k.stop_flag, k.first_timer, k.first_interrupt,
                k.state_ms, k.dead_man_ms, k.may_run, k.cell_wait_s, k.brake_test_output,
                k.mastering_test_output, k.collision_output, k.write_frames, k.write_advice,
-               c.rsi_files.pc_address,
-               c.rsi_files.rsi_version, c.rsi_files.timeout_cycles, c.rsi_files.flag);
+               c.rsi_files.pc_address, c.rsi_files.rsi_version, c.rsi_files.timeout_cycles,
+               c.rsi_files.flag);
   text += line("contact", c.contact.device, c.contact.baud, static_cast<int>(c.isolation));
   const MockConfig& m = c.mock;
   text +=
-      line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection, m.gear_arcsec, m.wave_arcsec,
-           m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth, m.warm_up_s,
-           m.contact_noise_m, m.bad_contact_share, m.placement_m, m.joint_noise_deg, m.lag_s,
-           m.cycle_ms, m.busy_every_s, m.wall_clock, m.absolute_accuracy, m.stated_robot);
+      line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection, m.gear_arcsec,
+           m.wave_arcsec, m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth,
+           m.warm_up_s, m.contact_noise_m, m.bad_contact_share, m.placement_m, m.joint_noise_deg,
+           m.lag_s, m.cycle_ms, m.busy_every_s, m.wall_clock, m.absolute_accuracy, m.stated_robot);
   for (const double m_stated : m.stated_tool_m) text += line("stated tool", m_stated);
   for (const double rad : m.start_rad) text += line("start", rad);
   text += line("start", m.start_m.value_or(0.0));

@@ -1,5 +1,4 @@
 #include "daemon/doctor/wires.h"
-
 #include "tests/daemon/doctor/outcome_of.h"
 
 namespace cellcal::daemon::testing {

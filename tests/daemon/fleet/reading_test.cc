@@ -1,9 +1,8 @@
-#include "daemon/fleet/judge.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/fleet/judge.h"
 #include "tests/daemon/fleet/facts.h"
 
 namespace cellcal::daemon::fleet {
@@ -33,7 +32,8 @@ class FleetReading : public ::testing::Test {
         "UPDATE fleet.calibrations SET at = now() WHERE number = " + std::to_string(number));
   }
   void check(std::int64_t number, plant::Held held, std::int64_t against = 1) {
-    say(fact(kWeld, number, plant::CheckFact{against, held, 0.5e-3, 0.1e-3, "tool", {}, "{}"}, number));
+    say(fact(kWeld, number, plant::CheckFact{against, held, 0.5e-3, 0.1e-3, "tool", {}, "{}"},
+             number));
   }
   void session(std::int64_t number, plant::SessionState state) {
     auto body = std::get<plant::SessionFact>(testing::one_of_each()[0]);

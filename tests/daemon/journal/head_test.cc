@@ -79,7 +79,8 @@ class NoStandardInput {
 TEST(AChain, GoesOnWhereItsHeadCouldNotBeWritten) {
   const TemporaryDirectory dir;
   Database database(dir / "j.db");
-  database.execute("CREATE TABLE chain (number INTEGER PRIMARY KEY, session, kind, row, digest, sum)");
+  database.execute(
+      "CREATE TABLE chain (number INTEGER PRIMARY KEY, session, kind, row, digest, sum)");
   HeadFile full("/dev/full", dir / "j.db");
   Chain chain(database, full);
   chain.begin();

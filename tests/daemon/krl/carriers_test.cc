@@ -88,8 +88,10 @@ const calib::Calibration& unit_calibration() {
 std::string unit_machine() {
   return "INT $EX_AX_NUM=1\nDECL EX_KIN $EX_KIN={ET1 #ERSYS,ET2 #NONE}\n"
          "DECL ET_AX $ET1_AX={TR_A1 #E1,TR_A2 #NONE,TR_A3 #NONE}\n$AXIS_DIR[7]=1\n"
-         "FRAME $ERSYSROOT=" + text_of(kErsysRoot) + "\nFRAME $ET1_TA1KR=" + text_of(kTravel) +
-         "\nFRAME $ET1_TFLA3=" + text_of(kCarriage) + "\nFRAME $ROBROOT=" + text_of(kRobroot) + "\n";
+         "FRAME $ERSYSROOT=" +
+         text_of(kErsysRoot) + "\nFRAME $ET1_TA1KR=" + text_of(kTravel) +
+         "\nFRAME $ET1_TFLA3=" + text_of(kCarriage) + "\nFRAME $ROBROOT=" + text_of(kRobroot) +
+         "\n";
 }
 
 const Isometry3d& base_in_world() {
@@ -178,21 +180,22 @@ TEST(AxisAnglesOnALinearUnit, ChangeWhereTheCarriageStands) {
   const CorrectedProgram result = axes_with(std::string(kArm) + ",E1 2500.0");
   ASSERT_TRUE(result.refusals.empty()) << refusals_of(result);
   double a[6];
-  ASSERT_EQ(std::sscanf(result.files[1].text.c_str(),
-                        "DEFDAT P\nDECL E6AXIS XA={A1 %lf,A2 %lf,A3 %lf,A4 %lf,A5 %lf,A6 %lf,E1 2500.0}",
-                        &a[0], &a[1], &a[2], &a[3], &a[4], &a[5]),
-            6)
+  ASSERT_EQ(
+      std::sscanf(result.files[1].text.c_str(),
+                  "DEFDAT P\nDECL E6AXIS XA={A1 %lf,A2 %lf,A3 %lf,A4 %lf,A5 %lf,A6 %lf,E1 2500.0}",
+                  &a[0], &a[1], &a[2], &a[3], &a[4], &a[5]),
+      6)
       << result.files[1].text;
   JointVector q = {2.5}, taught_at;
   for (const double one : a) q.push_back(one * calib::kRadPerDeg);
   for (const double one : {10.0, -80.0, 95.0, 5.0, 45.0, -10.0})
     taught_at.push_back(one * calib::kRadPerDeg);
-  const Isometry3d wanted = foot_at(0.0).inverse() * foot_at(2.5) *
-                            calib::ArmModel(cell()).nominal_tcp(taught_at);
-  EXPECT_LT((calib::Predictor(unit_calibration()).calibrated(q).tcp.translation() -
-             wanted.translation())
-                .norm(),
-            3e-6);
+  const Isometry3d wanted =
+      foot_at(0.0).inverse() * foot_at(2.5) * calib::ArmModel(cell()).nominal_tcp(taught_at);
+  EXPECT_LT(
+      (calib::Predictor(unit_calibration()).calibrated(q).tcp.translation() - wanted.translation())
+          .norm(),
+      3e-6);
   EXPECT_EQ(refusals_of(axes_with(kArm)), "no_external_value ");
   EXPECT_EQ(refusals_of(axes_with(std::string(kArm) + ",E1 3100.0")), "not_reached ");
   EXPECT_EQ(refusals_of(axes_with(std::string(kArm) + ",E1 1E9")), "not_a_number ");
@@ -214,7 +217,8 @@ TEST(ALinearUnitOfOtherMachineData, IsRefusedByName) {
   EXPECT_EQ(refused("TR_A1 #E1", "TR_A1 #E2"), "other_unit");
   EXPECT_EQ(refused("TR_A2 #NONE", "TR_A2 #E2"), "other_unit");
   EXPECT_EQ(refused("$AXIS_DIR[7]=1", "$AXIS_DIR[7]=-1"), "other_unit");
-  EXPECT_EQ(refused("FRAME $ET1_TFLA3={", "FRAME $ET1_TFLA3={Q 1,"), "") << "further members do no harm";
+  EXPECT_EQ(refused("FRAME $ET1_TFLA3={", "FRAME $ET1_TFLA3={Q 1,"), "")
+      << "further members do no harm";
   EXPECT_EQ(refused("FRAME $ET1_TFLA3={X", "FRAME $ET1_TFLA3={Q"), "other_unit");
   EXPECT_EQ(refused("FRAME $ET1_TA1KR={X", "FRAME $ET1_TA1KR={Q"), "other_unit");
   EXPECT_EQ(refused(text_of(kCarriage), text_of(kCarriage * about_z(1e-4))), "other_unit");
@@ -280,8 +284,9 @@ Isometry3d axis_found(std::size_t j, const Isometry3d& drawn) {
          AngleAxisd(error(calib::AxisError::kTurnY), Vector3d::UnitY());
 }
 double scaled(std::size_t j, double rad) {
-  return rad * (1.0 + calib::correction_of(positioner_calibration(),
-                                           calib::positioner_parameter(j, calib::AxisError::kScale)));
+  return rad *
+         (1.0 + calib::correction_of(positioner_calibration(),
+                                     calib::positioner_parameter(j, calib::AxisError::kScale)));
 }
 
 /// The table's flange in the robot's base: as drawn, and as calibrated.
@@ -300,9 +305,9 @@ const Isometry3d& root() {
 
 std::string positioner_machine(const Isometry3d& tilt = kTilt, const Isometry3d& turn = kTurn) {
   return "INT $EX_AX_NUM=2\nDECL EX_KIN $EX_KIN={ET1 #EASYS,ET2 #NONE}\n"
-         "DECL ET_AX $ET1_AX={TR_A1 #E1,TR_A2 #E2,TR_A3 #NONE}\nFRAME $ROBROOT=" + text_of(kFoot) +
-         "\nFRAME $ET1_TA1KR=" + text_of(root().inverse() * kFoot * tilt) + "\nFRAME $ET1_TA2A1=" +
-         text_of(turn) + "\nFRAME $ET1_TFLA3=" + text_of(kTable) + "\n";
+         "DECL ET_AX $ET1_AX={TR_A1 #E1,TR_A2 #E2,TR_A3 #NONE}\nFRAME $ROBROOT=" +
+         text_of(kFoot) + "\nFRAME $ET1_TA1KR=" + text_of(root().inverse() * kFoot * tilt) +
+         "\nFRAME $ET1_TA2A1=" + text_of(turn) + "\nFRAME $ET1_TFLA3=" + text_of(kTable) + "\n";
 }
 std::string positioner_config() {
   return "MACHINE_DEF[2]={NAME[] \"DKP_400\",COOP_KRC_INDEX 1,PARENT[] \"WORLD\",ROOT " +
@@ -369,7 +374,8 @@ TEST(AProgramOnAPositioner, GivesThePosturesOfItsPointsForAPlan) {
 
 TEST(AProgramOnAPositioner, IsUnderstoodByEkToo) {
   Taught program = taught_on_table(positioner_machine(), positioner_config());
-  const std::string by_ek = "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,BASE_DATA[3])\r\n";
+  const std::string by_ek =
+      "$BASE=EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,BASE_DATA[3])\r\n";
   std::string& src = program.files.src.text;
   const std::string plain = src;
   src = std::regex_replace(src, std::regex("(\r\n)((PTP|LIN) XP)"), "$1$" + by_ek + "$2");
@@ -401,8 +407,9 @@ TEST(AProgramOnAPositioner, OfOtherDataIsRefusedByName) {
   EXPECT_EQ(first(c, taught_on_table("", config)), "other_kinematic");
   EXPECT_EQ(first(c, taught_on_table(machine, "MACHINE_FRAME_DAT[3]={MACH_DEF_INDEX 2}\n")),
             "external_base");
-  EXPECT_EQ(first(c, taught_on_table(positioner_machine(kTilt * frame(0.2, 0, 0, 0, 0, 0)), config)),
-            "other_kinematic");
+  EXPECT_EQ(
+      first(c, taught_on_table(positioner_machine(kTilt * frame(0.2, 0, 0, 0, 0, 0)), config)),
+      "other_kinematic");
   EXPECT_EQ(first(c, taught_on_table(positioner_machine(kTilt, kTurn * frame(0, 0, 0, 0, 0.02, 0)),
                                      config)),
             "other_kinematic");
@@ -455,8 +462,10 @@ TEST(ExternalKinematics, OfCutDataEndInARefusalOrACorrection) {
   const auto ends = [&](const std::string& some_machine, const std::string& some_config) {
     krl::ProgramFiles given = program.files;
     given.src.text = "DEF P()\nBAS(#TOOL,1)\nBAS(#BASE,3)\nPTP XP1\nEND\n";
-    given.controller = {{"$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
-                                        "BASE_DATA[3]=" + text_of(kOffset) + "\n" + some_config},
+    given.controller = {{"$config.dat",
+                         "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
+                         "BASE_DATA[3]=" +
+                             text_of(kOffset) + "\n" + some_config},
                         {"$machine.dat", some_machine}};
     try {
       const auto result = correct_program(positioner_calibration(), given);
@@ -471,7 +480,8 @@ TEST(ExternalKinematics, OfCutDataEndInARefusalOrACorrection) {
   for (std::size_t cut = 0; cut < config.size(); cut += 31)
     EXPECT_TRUE(ends(machine, config.substr(0, cut) + "\n")) << cut;
   for (const char* hostile : {"1E30", "1E400", "-", "", "{X 1}", "#E1"})
-    EXPECT_TRUE(ends(machine + "FRAME $ET1_TA1KR={X " + hostile + ",Y 0,Z 0,A 0,B 0,C 0}\n", config))
+    EXPECT_TRUE(
+        ends(machine + "FRAME $ET1_TA1KR={X " + hostile + ",Y 0,Z 0,A 0,B 0,C 0}\n", config))
         << hostile;
 }
 

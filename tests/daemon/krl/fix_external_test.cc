@@ -1,8 +1,6 @@
 // CELLCAL_FIX for an arm on a linear unit and parts on a positioner, executed with 32-bit REAL: compared with tip and
 // part by the calibrated chain, with the controller's chain from frames only, and with the offline correction.
 
-#include "daemon/krl/fix_lines.h"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +12,7 @@
 #include "calib/estimate/external_axes.h"
 #include "calib/estimate/predict.h"
 #include "calib/model/error.h"
+#include "daemon/krl/fix_lines.h"
 #include "daemon/krl/fix_module.h"
 #include "daemon/krl/run_time_program.h"
 #include "tests/daemon/krl/fixture.h"

@@ -169,8 +169,7 @@ JointVector KrlController::target_of(const Motion& motion) {
     point = Value(program_.type("FRAME"));
     put_frame(point, pose);
   }
-  const auto q =
-      joints(point, at, motion.kind != Motion::Kind::kPtp, external_of(point, external));
+  const auto q = joints(point, at, motion.kind != Motion::Kind::kPtp, external_of(point, external));
   if (!q) throw sim::krl::RunError("work envelope exceeded");
   return *q;
 }

@@ -46,7 +46,7 @@ class KrlController : public sim::krl::Mover {
 
   /// E1 to E6, mm and degrees.
   using External = std::array<double, 6>;
-  External external{};                      ///< their positions
+  External external{};                     ///< their positions
   std::vector<External> external_reached;  ///< as `reached`
   /// In the world: the arm's foot, default $ROBROOT; the carrier of bases of a MACH_DEF_INDEX.
   std::function<Eigen::Isometry3d(const External&)> foot, table;

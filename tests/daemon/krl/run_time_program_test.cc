@@ -236,7 +236,8 @@ TEST(RunTimeProgram, RefusesNothingForLooksAtTheArmsOwnPosition) {
   EXPECT_EQ(own_of("INT I\r\nI=$POS_ACT.Z\r\nXP1.Z=I\r\nLIN XP1"), "5:XP1 ");
   EXPECT_EQ(own_of("REAL R\r\nR=$POS_ACT.Z/2\r\nXP1.Z=2*R\r\nLIN XP1"), "5:XP1 ");
   // Variables of other routines.
-  EXPECT_EQ(own_of("REAL Z\r\nXP1.Z=Z\r\nLIN XP1\r\nEND\r\nDEF SUB()\r\nREAL Z\r\nZ=$POS_ACT.Z"), "");
+  EXPECT_EQ(own_of("REAL Z\r\nXP1.Z=Z\r\nLIN XP1\r\nEND\r\nDEF SUB()\r\nREAL Z\r\nZ=$POS_ACT.Z"),
+            "");
   EXPECT_EQ(own_of("LIN XP1\r\nEND\r\nDEF SUB (XP1 :IN)\r\nDECL E6POS XP1\r\nXP1=$POS_ACT"), "");
   EXPECT_EQ(own_of("SUB(XP1)\r\nSUB($POS_ACT)\r\nLIN XP1\r\nEND\r\nDEF SUB (P :IN)\r\n"
                    "DECL E6POS P\r\nR=P.X"),

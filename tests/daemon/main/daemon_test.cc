@@ -26,7 +26,8 @@ TEST(ADaemon, CalibratesTheEmulatedCellAndLeavesItsResults) {
   EXPECT_EQ(outcome.err, "") << "no progress in a pipe";
   EXPECT_NE(outcome.out.find("check after"), std::string::npos);
   const auto results = fixture.dir.path() / "state/sessions/1";
-  for (const char* file : {"touches.csv", "calibration.json", "report.html", "report.de.html", "plots.json", "plots.de.json"}) {
+  for (const char* file : {"touches.csv", "calibration.json", "report.html", "report.de.html",
+                           "plots.json", "plots.de.json"}) {
     EXPECT_TRUE(std::filesystem::exists(results / file)) << file;
   }
   const auto json = nlohmann::json::parse(content(results / "calibration.json"));
@@ -76,8 +77,8 @@ TEST(ASession, ComparesTheControllersModelWithTheRobotFileOverBothWires) {
     fixture.start();
     const Outcome outcome = fixture.cellcal(run("12", "0"));
     EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
-    const auto json = nlohmann::json::parse(
-        content(fixture.dir.path() / "state/sessions/1/calibration.json"));
+    const auto json =
+        nlohmann::json::parse(content(fixture.dir.path() / "state/sessions/1/calibration.json"));
     for (const auto& one : json.at("verdict").at("findings"))
       if (one.at("kind") == "controller_model") return one.at("severity").get<std::string>();
     return std::string("none");
@@ -235,7 +236,9 @@ TEST(AKilledDaemon, LosesNoTouchAndItsSuccessorFinishesTheSession) {
   EXPECT_EQ(sessions[0]["state"], "interrupted");
   const std::string words = fixture.cellcal({"status"}).out;
   EXPECT_EQ(words.find("idle. Session 1 of 2000-01-01"), 0u) << words;
-  EXPECT_NE(words.find(" of 16. Resume, before any other session: 'cellcal run --resume'"), std::string::npos) << words;
+  EXPECT_NE(words.find(" of 16. Resume, before any other session: 'cellcal run --resume'"),
+            std::string::npos)
+      << words;
   EXPECT_GE(sessions[0]["touches"], before);
   const Outcome outcome = fixture.cellcal({"run", "--resume"});
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err;
@@ -567,8 +570,9 @@ TEST(ASession, SaysBeforeItMovesThatItsPlanDoesNotReachWhatIsRequired) {
   EXPECT_NE(german.out.find("Warnung: required_mm = 0,011"), std::string::npos) << german.out;
 
   const Outcome goal = fixture.cellcal({"run", "--cell", cell, "--goal", "0.4", "--touches", "20"});
-  for (const char* part : {"warning: required_mm = 0.011, a goal of 0.400 mm leads to a mean error of about 0.190 mm",
-                           "Ask for a goal of 0.023 mm, or state a larger required_mm"})
+  for (const char* part :
+       {"warning: required_mm = 0.011, a goal of 0.400 mm leads to a mean error of about 0.190 mm",
+        "Ask for a goal of 0.023 mm, or state a larger required_mm"})
     EXPECT_NE(goal.err.find(part), std::string::npos) << goal.err;
   EXPECT_NE(fixture.cellcal({"show", "2"}).out.find("a goal of 0.400 mm"), std::string::npos);
 }

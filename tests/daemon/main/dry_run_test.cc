@@ -98,7 +98,8 @@ TEST(ADryRun, IsNeverWhatAnAbortedCalibrationIsGoneOnWith) {
 TEST(ADryRun, ThatWasAbortedIsNotResumedAndNamesTheCommandOfANewOne) {
   DaemonFixture fixture(kFast);
   fixture.start();
-  const nlohmann::json whole{{"kind", "dry-run"}, {"cell", CELLCAL_DEMO_CELL}, {"touches", 60}, {"seed", 5}};
+  const nlohmann::json whole{
+      {"kind", "dry-run"}, {"cell", CELLCAL_DEMO_CELL}, {"touches", 60}, {"seed", 5}};
   ASSERT_EQ(http_request(fixture.socket(), "POST", "/v1/run", whole.dump()).status, 201);
   if (http_request(fixture.socket(), "POST", "/v1/abort").status != 202)
     GTEST_SKIP() << "this machine was too slow to abort it before its end";

@@ -124,7 +124,8 @@ TEST_P(AnEkiCellWithAnInput, IsStoppedWhereTheWireToItsInputIsCutAndOffMeansCont
   cell->controller().input_broken(true, cell->now());
   const drivers::MoveResult stopped = result();
   EXPECT_EQ(stopped.outcome, MoveOutcome::kContactSilent) << stopped.detail;
-  EXPECT_NE(said(stopped.detail).find("sensor detected nothing"), std::string::npos) << stopped.detail;
+  EXPECT_NE(said(stopped.detail).find("sensor detected nothing"), std::string::npos)
+      << stopped.detail;
   EXPECT_LT(a1_deg() - at_fault_deg, 0.06);
 }
 

@@ -103,9 +103,7 @@ void add_joint_parameters(Calibration& result, Noise& noise) {
           kind = ParameterKind::kAlpha;
           nominal = joint.alpha_rad;
           break;
-        case calib::JointError::kBeta:
-          kind = ParameterKind::kBeta;
-          break;
+        case calib::JointError::kBeta: kind = ParameterKind::kBeta; break;
       }
       const double share = by == DecidedBy::kData ? noise.uniform(0.03, 0.2) : 0.9;
       const double correction = tolerance * noise.normal() * (by == DecidedBy::kData ? 1.0 : 0.15);

@@ -42,9 +42,9 @@ std::string report_in(ReportInput input, const char* language) {
 }
 
 std::vector<ReportInput> sessions() {
-  std::vector<ReportInput> all{
-      made_up_session(), made_up_session({.spheres = 1, .certified_lengths = false}),
-      made_up_session({.check = 0, .outliers = 0}), ReportInput{}};
+  std::vector<ReportInput> all{made_up_session(),
+                               made_up_session({.spheres = 1, .certified_lengths = false}),
+                               made_up_session({.check = 0, .outliers = 0}), ReportInput{}};
   all[1].calibration.verdict.workspace = false;
   return all;
 }
@@ -68,7 +68,8 @@ TEST(GermanReport, IsSoundAndSaysItsLanguage) {
     EXPECT_EQ(joined(complaints(html)), "");
     EXPECT_TRUE(says(html, "<html lang=\"de\">"));
     EXPECT_EQ(html.find("say."), std::string::npos) << "an id without an entry";
-    EXPECT_EQ(std::regex_search(html, std::regex("\\{[a-z_]+(:[^}]*)?\\}")), false) << "a value is missing";
+    EXPECT_EQ(std::regex_search(html, std::regex("\\{[a-z_]+(:[^}]*)?\\}")), false)
+        << "a value is missing";
   }
   EXPECT_FALSE(says(report_in(made_up_session(), "en"), "say."));
 }

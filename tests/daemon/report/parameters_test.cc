@@ -69,8 +69,9 @@ TEST(Parameters, OfAPositionerAreItsAxesWithTheirBounds) {
   const std::string page = html_report(input), table = section_of(page, "parameters");
   EXPECT_EQ(testing::complaints(page), std::vector<std::string>{});
   EXPECT_TRUE(says(table, "<th scope=\"row\">E&lt;1&gt;</th><td>1200.000</td><td>100.000</td>"));
-  EXPECT_TRUE(says(table, "<td>0.025</td><td>0.061</td><td>0.000</td><td>\xE2\x88\x92"
-                          "0.5</td><td>40.0</td>"));
+  EXPECT_TRUE(says(table,
+                   "<td>0.025</td><td>0.061</td><td>0.000</td><td>\xE2\x88\x92"
+                   "0.5</td><td>40.0</td>"));
   EXPECT_TRUE(says(section_of(page, "targets"),
                    cell.targets[0].id + ": x, y, z in the frame that E&lt;1&gt;"));
   EXPECT_TRUE(says(section_of(page, "cell"), ">E&lt;1&gt;</text>"));
@@ -88,14 +89,16 @@ TEST(Parameters, OfALinearUnitAreItsMotionsWithTheirBounds) {
   line.scale = 2.34e-5;
   line.scale_u95 = 4.1e-6;
   line.touched_m = {0.01, 2.9};
-  line.at.push_back({0.25, {1e-5, -2e-5, 3e-5, 4e-5, 5e-5, 6e-5}, {1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6}});
+  line.at.push_back(
+      {0.25, {1e-5, -2e-5, 3e-5, 4e-5, 5e-5, 6e-5}, {1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6}});
   input.calibration.linear_unit = line;
   const std::string page = html_report(input), table = section_of(page, "parameters");
   EXPECT_EQ(testing::complaints(page), std::vector<std::string>{});
   EXPECT_TRUE(says(table, "<th scope=\"row\">E&lt;1&gt;</th>"));
   EXPECT_TRUE(says(table, "<td>0.081</td><td>+0.0234</td><td>0.0041</td><td>10</td><td>2900</td>"));
-  EXPECT_TRUE(says(table, "<th scope=\"row\">250</th><td>+0.010</td><td>0.001</td><td>\xE2\x88\x92"
-                          "0.020</td><td>0.002</td>"));
+  EXPECT_TRUE(says(table,
+                   "<th scope=\"row\">250</th><td>+0.010</td><td>0.001</td><td>\xE2\x88\x92"
+                   "0.020</td><td>0.002</td>"));
   input.language = *calib::Language::of("de");
   EXPECT_TRUE(says(section_of(html_report(input), "parameters"), "Gieren, mrad"));
 }

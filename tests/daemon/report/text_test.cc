@@ -71,7 +71,9 @@ TEST(Numbers, IgnoreTheLocale) {
 TEST(Numbers, HaveTheDecimalMarkOfTheDocument) {
   {
     const Speaking german(*calib::Language::of("de"));
-    EXPECT_EQ(fixed(-1234.5, 2), "\xE2\x88\x92" "1234,50");
+    EXPECT_EQ(fixed(-1234.5, 2),
+              "\xE2\x88\x92"
+              "1234,50");
     EXPECT_EQ(signed_fixed(0.25, 2), "+0,25");
     EXPECT_EQ(significant(0.00036, 3), "0,00036");
     EXPECT_EQ(mm_words(3.1e-5), "0,031\xC2\xA0mm");

@@ -80,7 +80,8 @@ TEST(ADiskThatStalls, IsWhatTheFailureSpeaksOf) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kJournal);
-  EXPECT_NE(words(end.failure->detail).find("the journal's disk does not answer"), std::string::npos)
+  EXPECT_NE(words(end.failure->detail).find("the journal's disk does not answer"),
+            std::string::npos)
       << words(end.failure->detail);
 }
 

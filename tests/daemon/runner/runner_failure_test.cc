@@ -27,7 +27,8 @@ TEST_P(AFailure, IsNamedAndNothingMovesAfterIt) {
   ASSERT_EQ(end.phase, Phase::kFailed);
   ASSERT_TRUE(end.failure.has_value());
   EXPECT_EQ(end.failure->kind, GetParam().kind) << to_string(end.failure->kind);
-  EXPECT_NE(words(end.failure->detail).find(GetParam().words), std::string::npos) << words(end.failure->detail);
+  EXPECT_NE(words(end.failure->detail).find(GetParam().words), std::string::npos)
+      << words(end.failure->detail);
   EXPECT_EQ(session.backend.world.moves.size(), GetParam().moves);
   EXPECT_FALSE(session.backend.world.robot_open);
   EXPECT_FALSE(session.backend.world.contact_open);
@@ -221,7 +222,8 @@ TEST(AFailingWorker, EndsTheSessionWithItsWords) {
   const auto reported = report.run().failure;
   ASSERT_TRUE(reported);
   EXPECT_EQ(reported->kind, FailureKind::kReport);
-  EXPECT_TRUE(words(reported->detail).starts_with("report.html: cannot be written. ")) << words(reported->detail);
+  EXPECT_TRUE(words(reported->detail).starts_with("report.html: cannot be written. "))
+      << words(reported->detail);
 }
 
 TEST(AFailure, ReadsAsOneLineWhateverADeviceSays) {
@@ -239,7 +241,8 @@ TEST(ASession, ThatMeetsAnExceptionOfNobodysStopsTheArmAndEndsFailed) {
   const State end = runner.run();
   EXPECT_EQ(end.phase, Phase::kFailed);
   ASSERT_TRUE(end.failure);
-  EXPECT_NE(words(end.failure->detail).find("out of paper"), std::string::npos) << words(end.failure->detail);
+  EXPECT_NE(words(end.failure->detail).find("out of paper"), std::string::npos)
+      << words(end.failure->detail);
   EXPECT_GE(session.backend.world.stops, 1);
   EXPECT_FALSE(session.backend.world.robot_open);
   EXPECT_FALSE(session.backend.world.contact_open);

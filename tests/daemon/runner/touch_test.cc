@@ -14,7 +14,8 @@ TEST(ATouch, ThatComesTooEarlyIsRefusedByName) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kContactTooEarly);
-  EXPECT_NE(words(end.failure->detail).find("9.5 mm before the expected surface of S1"), std::string::npos)
+  EXPECT_NE(words(end.failure->detail).find("9.5 mm before the expected surface of S1"),
+            std::string::npos)
       << words(end.failure->detail);
   EXPECT_EQ(session.backend.world.moves.size(), 3u) << "the arm must hold still";
 }
@@ -98,7 +99,8 @@ TEST(ATouch, StaysOnDiskWhenTheContactDoesNotOpenBehindIt) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kStillInContact);
-  EXPECT_EQ(words(end.failure->detail).find("touch 1 of 2 (S1): "), 0u) << words(end.failure->detail);
+  EXPECT_EQ(words(end.failure->detail).find("touch 1 of 2 (S1): "), 0u)
+      << words(end.failure->detail);
   EXPECT_EQ(session.recorder.touches.size(), 1u);
 }
 

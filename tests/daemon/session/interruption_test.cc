@@ -39,14 +39,10 @@ void allow(Session& session, Interruption by, int times) {
 
 const char* name_of(const ::testing::TestParamInfo<Interruption>& one) {
   switch (one.param) {
-    case Interruption::kLateReplies:
-      return "late_replies";
-    case Interruption::kLateBytes:
-      return "late_bytes";
-    case Interruption::kUnheard:
-      return "a_silence_that_is_explained_later";
-    default:
-      return "a_pause";
+    case Interruption::kLateReplies: return "late_replies";
+    case Interruption::kLateBytes: return "late_bytes";
+    case Interruption::kUnheard: return "a_silence_that_is_explained_later";
+    default: return "a_pause";
   }
 }
 

@@ -60,8 +60,7 @@ struct Meant {
   void operator()(Links& links) const {
     if (of_the_sensor(param)) {
       const bool known = param.interruption == drivers::Interruption::kLateBytes;
-      links.fault =
-          known ? drivers::ContactFault::kDeliveredLate : drivers::ContactFault::kSilent;
+      links.fault = known ? drivers::ContactFault::kDeliveredLate : drivers::ContactFault::kSilent;
       links.delivery.open = !known;
     } else {
       links.interruption = param.interruption;

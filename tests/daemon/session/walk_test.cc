@@ -395,9 +395,10 @@ TEST(AnArming, OfASearchThatTheOverrideSlowsIsLongerAndRefusedByTheOverride) {
   refused.on(EventKind::kDeadline);
   EXPECT_EQ(refused.state.failure->kind, FailureKind::kArmRefused);
   const std::string said = words(refused.state.failure->detail);
-  EXPECT_NE(said.find("60 s for a search of 18 mm at override 3 %: the contact sensor stays armed for "
-                      "60 s at most. Set the override to 4 % or more"),
-            std::string::npos)
+  EXPECT_NE(
+      said.find("60 s for a search of 18 mm at override 3 %: the contact sensor stays armed for "
+                "60 s at most. Set the override to 4 % or more"),
+      std::string::npos)
       << said;
 }
 

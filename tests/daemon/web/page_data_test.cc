@@ -106,10 +106,10 @@ TEST_F(APageOfACellWithAPositioner, HasASceneWhoseAxesTurnWhatTheyCarry) {
     for (std::size_t j = 0; j < axes; ++j) {
       const json& axis = scene.at("positioner").at(j);
       const Eigen::Isometry3d at = frame_of(axis.at("frame"));
-      all = all * at *
-            Eigen::AngleAxisd(axis.at("sign").get<int>() * angles_rad[j],
-                              Eigen::Vector3d::UnitZ()) *
-            at.inverse();
+      all =
+          all * at *
+          Eigen::AngleAxisd(axis.at("sign").get<int>() * angles_rad[j], Eigen::Vector3d::UnitZ()) *
+          at.inverse();
     }
     return all;
   };

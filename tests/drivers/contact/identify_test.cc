@@ -110,7 +110,8 @@ TEST(ContactIdentify, FindsAnInputThatIsStuckOpen) {
   rig.contact.open();
   rig.run(std::chrono::seconds{2});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
-  EXPECT_NE(said(rig.contact.status().words).find("does not detect its own test edge"), std::string::npos)
+  EXPECT_NE(said(rig.contact.status().words).find("does not detect its own test edge"),
+            std::string::npos)
       << rig.contact.status().words;
   EXPECT_FALSE(rig.contact.status().self_test_ok);
 }

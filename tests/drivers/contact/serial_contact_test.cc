@@ -166,7 +166,8 @@ TEST(SerialContact, UnpluggingIsNoticedAndTheSensorIdentifiedAfreshWhenItIsBack)
   ASSERT_TRUE(wait_for([&] { return robot.contact.status().link == ContactLink::kDown; }));
   ASSERT_TRUE(wait_for([&] { return !robot.snapshot().alive; }));
   EXPECT_FALSE(robot.snapshot().armed);
-  ASSERT_TRUE(wait_for([&] { return contains(said(robot.contact.status().words), "last attempt"); }));
+  ASSERT_TRUE(
+      wait_for([&] { return contains(said(robot.contact.status().words), "last attempt"); }));
   const std::string words = said(robot.contact.status().words);
   EXPECT_TRUE(contains(words, "unplugged")) << words;
   EXPECT_TRUE(contains(words, "no such device")) << words;

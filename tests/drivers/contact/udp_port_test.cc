@@ -1,12 +1,11 @@
 // SerialContact on a real UDP socket, with the emulated board on another. Nothing is timed.
 
-#include "drivers/contact/port/port.h"
-
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include "drivers/contact/port/adapter.h"
+#include "drivers/contact/port/port.h"
 #include "rig.h"
 #include "robot_thread.h"
 #include "sim/mcu/mcu_thread.h"

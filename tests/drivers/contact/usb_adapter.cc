@@ -126,31 +126,21 @@ class UsbAdapter::Impl {
   int answer(gulong request, UMockdevIoctlClient* client) {
     UMockdevIoctlData* arg = umockdev_ioctl_client_get_arg(client);
     switch (request) {
-      case USBDEVFS_GET_CAPABILITIES:
-        return put<std::uint32_t>(arg, 0);
-      case USBDEVFS_CONNECTINFO:
-        return put<usbdevfs_connectinfo>(arg, {2, 0});
-      case USBDEVFS_CLAIMINTERFACE:
-        claimed_.insert(get<unsigned>(arg));
-        return 0;
+      case USBDEVFS_GET_CAPABILITIES: return put<std::uint32_t>(arg, 0);
+      case USBDEVFS_CONNECTINFO: return put<usbdevfs_connectinfo>(arg, {2, 0});
+      case USBDEVFS_CLAIMINTERFACE: claimed_.insert(get<unsigned>(arg)); return 0;
       case USBDEVFS_DISCONNECT_CLAIM:
         claimed_.insert(get<usbdevfs_disconnect_claim>(arg).interface);
         return 0;
-      case USBDEVFS_RELEASEINTERFACE:
-        claimed_.erase(get<unsigned>(arg));
-        return 0;
+      case USBDEVFS_RELEASEINTERFACE: claimed_.erase(get<unsigned>(arg)); return 0;
       case USBDEVFS_IOCTL:
         if (get<usbdevfs_ioctl>(arg).ioctl_code == static_cast<int>(USBDEVFS_CONNECT))
           ++given_back_;
         return 0;
-      case USBDEVFS_SUBMITURB:
-        return submit(arg);
-      case USBDEVFS_REAPURBNDELAY:
-        return reap(arg);
-      case USBDEVFS_DISCARDURB:
-        return discard(arg);
-      default:
-        return ENOTTY;
+      case USBDEVFS_SUBMITURB: return submit(arg);
+      case USBDEVFS_REAPURBNDELAY: return reap(arg);
+      case USBDEVFS_DISCARDURB: return discard(arg);
+      default: return ENOTTY;
     }
   }
 

@@ -63,8 +63,7 @@ std::string objection(const Syscall& call) {
   };
   switch (call.number) {
     case SYS_epoll_wait:
-    case SYS_epoll_pwait:
-      return unless(on.kind == Kind::kPoll, "epoll_wait");
+    case SYS_epoll_pwait: return unless(on.kind == Kind::kPoll, "epoll_wait");
     case SYS_epoll_ctl: {
       const Descriptor target = descriptor(static_cast<int>(call.arguments[2]));
       // Adding and re-arming polls the file: a terminal's poll waits for a kernel worker.
@@ -72,28 +71,21 @@ std::string objection(const Syscall& call) {
                         target.kind == Kind::kTimer;
       return fine ? std::string() : "epoll_ctl with " + target.name;
     }
-    case SYS_timerfd_settime:
-      return unless(on.kind == Kind::kTimer, "timerfd_settime");
-    case SYS_read:
-      return unless(on.kind == Kind::kEvent && !on.waits, "read");
-    case SYS_write:
-      return unless(on.kind == Kind::kEvent && !on.waits, "write");
+    case SYS_timerfd_settime: return unless(on.kind == Kind::kTimer, "timerfd_settime");
+    case SYS_read: return unless(on.kind == Kind::kEvent && !on.waits, "read");
+    case SYS_write: return unless(on.kind == Kind::kEvent && !on.waits, "write");
     case SYS_recvfrom:
-    case SYS_recvmsg:
-      return unless(on.kind == Kind::kSocket && !on.waits, "receive");
+    case SYS_recvmsg: return unless(on.kind == Kind::kSocket && !on.waits, "receive");
     case SYS_sendto:
-    case SYS_sendmsg:
-      return unless(on.kind == Kind::kSocket && !on.waits, "send");
+    case SYS_sendmsg: return unless(on.kind == Kind::kSocket && !on.waits, "send");
     case SYS_futex: {
       const auto what = static_cast<int>(call.arguments[1]) & FUTEX_CMD_MASK;
       return what == FUTEX_WAKE ? "" : fmt::format("futex operation {}", what);
     }
     case SYS_clock_gettime:  // if the machine's clock cannot be read without a call
     case SYS_restart_syscall:
-    case SYS_rt_sigreturn:
-      return {};
-    default:
-      return fmt::format("system call {}", call.number);
+    case SYS_rt_sigreturn: return {};
+    default: return fmt::format("system call {}", call.number);
   }
 }
 

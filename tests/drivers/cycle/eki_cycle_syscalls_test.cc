@@ -75,8 +75,8 @@ struct EkiCell {
       const RobotLink link = robot.state().link;
       if (link == RobotLink::kNotReferenced && !robot.core_state().rereference_pending)
         robot.rereference();
-      return link == RobotLink::kReady &&
-             contact.status().link == ContactLink::kReady && contact.status().in_contact == false;
+      return link == RobotLink::kReady && contact.status().link == ContactLink::kReady &&
+             contact.status().in_contact == false;
     });
   }
   std::optional<MoveResult> result() {

@@ -125,9 +125,7 @@ calib::Touch attempt(const Stage& stage, std::size_t t, const TouchOptions& opti
                (stage.cell.tool.tip_radius_m + options.rho_m + off) * normal;
       break;
     }
-    case TargetKind::kPoint:
-      point += off3;
-      break;
+    case TargetKind::kPoint: point += off3; break;
     case TargetKind::kTracker: {
       const auto poses = calib::workspace_poses(stage.truth.arm, 1,
                                                 static_cast<unsigned>(random.below(1'000'000'000)));

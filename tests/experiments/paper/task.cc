@@ -27,18 +27,12 @@ constexpr int kTries = 2000;
 
 double error_of(const JointErrors& errors, calib::ParameterKind kind) {
   switch (kind) {
-    case calib::ParameterKind::kTheta:
-      return errors.theta_rad;
-    case calib::ParameterKind::kD:
-      return errors.d_m;
-    case calib::ParameterKind::kA:
-      return errors.a_m;
-    case calib::ParameterKind::kAlpha:
-      return errors.alpha_rad;
-    case calib::ParameterKind::kBeta:
-      return errors.beta_rad;
-    default:
-      return 0.0;
+    case calib::ParameterKind::kTheta: return errors.theta_rad;
+    case calib::ParameterKind::kD: return errors.d_m;
+    case calib::ParameterKind::kA: return errors.a_m;
+    case calib::ParameterKind::kAlpha: return errors.alpha_rad;
+    case calib::ParameterKind::kBeta: return errors.beta_rad;
+    default: return 0.0;
   }
 }
 

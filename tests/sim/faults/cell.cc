@@ -45,26 +45,16 @@ sim::LineKind kind_of(Wire wire) {
 
 const char* to_string(Wire wire) {
   switch (wire) {
-    case Wire::kRsi:
-      return "rsi";
-    case Wire::kRsiInput:
-      return "rsi-input";
-    case Wire::kRsi6:
-      return "rsi6";
-    case Wire::kEkiInput:
-      return "eki";
-    case Wire::kEkiFlag:
-      return "eki-flag";
-    case Wire::kEthernet:
-      return "ethernet";
-    case Wire::kRsiTrack:
-      return "rsi-track";
-    case Wire::kEkiTrack:
-      return "eki-track";
-    case Wire::kRsiTable:
-      return "rsi-table";
-    case Wire::kEkiTable:
-      return "eki-table";
+    case Wire::kRsi: return "rsi";
+    case Wire::kRsiInput: return "rsi-input";
+    case Wire::kRsi6: return "rsi6";
+    case Wire::kEkiInput: return "eki";
+    case Wire::kEkiFlag: return "eki-flag";
+    case Wire::kEthernet: return "ethernet";
+    case Wire::kRsiTrack: return "rsi-track";
+    case Wire::kEkiTrack: return "eki-track";
+    case Wire::kRsiTable: return "rsi-table";
+    case Wire::kEkiTable: return "eki-table";
   }
   return "?";
 }

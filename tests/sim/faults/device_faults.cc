@@ -185,20 +185,13 @@ void add_device_faults(std::vector<Fault>& all, Wire wire) {
 
 const char* to_string(TouchPhase phase) {
   switch (phase) {
-    case TouchPhase::kConnect:
-      return "connect";
-    case TouchPhase::kTransit:
-      return "transit";
-    case TouchPhase::kApproach:
-      return "approach";
-    case TouchPhase::kSearch:
-      return "search";
-    case TouchPhase::kContact:
-      return "contact";
-    case TouchPhase::kLatch:
-      return "latch";
-    case TouchPhase::kRetreat:
-      return "retreat";
+    case TouchPhase::kConnect: return "connect";
+    case TouchPhase::kTransit: return "transit";
+    case TouchPhase::kApproach: return "approach";
+    case TouchPhase::kSearch: return "search";
+    case TouchPhase::kContact: return "contact";
+    case TouchPhase::kLatch: return "latch";
+    case TouchPhase::kRetreat: return "retreat";
   }
   return "?";
 }

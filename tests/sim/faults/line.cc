@@ -53,26 +53,18 @@ void Line::send(std::string_view sent, TimePoint t) {
         if (kind_ != LineKind::kStream || trouble.until == TimePoint::max()) return;
         arrival = std::max(arrival, trouble.until + kRepeatTime);
         break;
-      case LineFaultKind::kDelay:
-        arrival += trouble.delay;
-        break;
-      case LineFaultKind::kDuplicate:
-        again = trouble.delay;
-        break;
+      case LineFaultKind::kDelay: arrival += trouble.delay; break;
+      case LineFaultKind::kDuplicate: again = trouble.delay; break;
       case LineFaultKind::kReorder:
         arrival += trouble.delay;
         in_order = kind_ != LineKind::kDatagrams;
         break;
-      case LineFaultKind::kCorrupt:
-        damage(bytes);
-        break;
+      case LineFaultKind::kCorrupt: damage(bytes); break;
       case LineFaultKind::kTruncate:
         bytes.resize(std::uniform_int_distribution<std::size_t>(0, bytes.size() - 1)(random_));
         if (kind_ == LineKind::kStream) ended_ = arrival;
         break;
-      case LineFaultKind::kRewrite:
-        trouble.rewrite(bytes);
-        break;
+      case LineFaultKind::kRewrite: trouble.rewrite(bytes); break;
     }
   }
   put(arrival, bytes, in_order);

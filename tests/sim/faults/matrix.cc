@@ -40,10 +40,8 @@ bool names_a_cause(FailureKind kind) {
     case FailureKind::kPlanChanged:
     case FailureKind::kJournal:
     case FailureKind::kIdentify:
-    case FailureKind::kReport:
-      return false;
-    default:
-      return true;
+    case FailureKind::kReport: return false;
+    default: return true;
   }
 }
 
@@ -115,16 +113,13 @@ bool fits(TouchPhase phase, Phase was) {
     case TouchPhase::kConnect:
       return was == Phase::kConnecting || was == Phase::kReferencing || was == Phase::kRouting ||
              was == Phase::kIdle || was == Phase::kPlanning;
-    case TouchPhase::kTransit:
-      return was == Phase::kRetreat || was == Phase::kTransit;
+    case TouchPhase::kTransit: return was == Phase::kRetreat || was == Phase::kTransit;
     case TouchPhase::kApproach:
       return was == Phase::kRetreat || was == Phase::kTransit || was == Phase::kArmingFast;
     case TouchPhase::kSearch:
     case TouchPhase::kContact:
-    case TouchPhase::kLatch:
-      return was == Phase::kFastSearch || was == Phase::kSlowSearch;
-    case TouchPhase::kRetreat:
-      return was == Phase::kBackingOff || was == Phase::kRetreat;
+    case TouchPhase::kLatch: return was == Phase::kFastSearch || was == Phase::kSlowSearch;
+    case TouchPhase::kRetreat: return was == Phase::kBackingOff || was == Phase::kRetreat;
   }
   return false;
 }
@@ -272,15 +267,13 @@ double Matrix::longest_to_rest_s(const Run& run) const {
   const double wire_s = over_rsi(run.wire) ? 0.0 : kEkiLoopsS;
   if (!run.fault.silences) return ramp_s + (over_rsi(run.wire) ? 0.0 : kEkiDeadManS + wire_s);
   switch (*run.fault.silences) {
-    case Silent::kRobot:
-      return ramp_s + (over_rsi(run.wire) ? 0.0 : kEkiDeadManS + wire_s);
+    case Silent::kRobot: return ramp_s + (over_rsi(run.wire) ? 0.0 : kEkiDeadManS + wire_s);
     case Silent::kSensor:
       if (run.wire == Wire::kRsiInput) return ramp_s + seconds(drivers::kInputWatchLimit);
       return ramp_s + wire_s +
              seconds(searching ? Duration{drivers::kHeartbeatLimit}
                                : Duration{drivers::kIdleLimit});
-    case Silent::kHand:
-      return ramp_s + wire_s;
+    case Silent::kHand: return ramp_s + wire_s;
   }
   return 0.0;
 }

@@ -1,10 +1,10 @@
 // The emulated sensor, which is the firmware's core, by itself: with manually built frames.
 
+#include "sim/mcu/microcontroller.h"
+
 #include <gtest/gtest.h>
 
 #include <vector>
-
-#include "sim/mcu/microcontroller.h"
 
 namespace cellcal::sim {
 namespace {

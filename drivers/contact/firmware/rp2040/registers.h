@@ -45,7 +45,13 @@ enum {
 enum { FUNCTION_SPI = 1, FUNCTION_SIO = 5, FUNCTION_NONE = 31 };
 
 #define PADS_GPIO(pin) (0x4001C004u + 4u * (pin))
-enum { PAD_SCHMITT = 1 << 1, PAD_PULL_DOWN = 1 << 2, PAD_PULL_UP = 1 << 3, PAD_INPUT = 1 << 6, PAD_OFF = 1 << 7 };
+enum {
+  PAD_SCHMITT = 1 << 1,
+  PAD_PULL_DOWN = 1 << 2,
+  PAD_PULL_UP = 1 << 3,
+  PAD_INPUT = 1 << 6,
+  PAD_OFF = 1 << 7
+};
 
 #define XOSC_CTRL 0x40024000u
 #define XOSC_STATUS 0x40024004u

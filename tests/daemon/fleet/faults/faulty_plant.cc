@@ -170,18 +170,13 @@ class Plant {
         server_.kill();
         pause(options_.outage_s);
         return server_.start();
-      case Fault::kCollectorKilled:
-        return kill_collector(between(0, options_.collectors - 1));
-      case Fault::kCellsCut:
-        return cut(Side::kCells);
-      case Fault::kCollectorsCut:
-        return cut(Side::kCollectors);
+      case Fault::kCollectorKilled: return kill_collector(between(0, options_.collectors - 1));
+      case Fault::kCellsCut: return cut(Side::kCells);
+      case Fault::kCollectorsCut: return cut(Side::kCollectors);
       case Fault::kClockStepped:
         return any_cell().set_clock(up_to(40.0 * kYear_s) - 20.0 * kYear_s);
-      case Fault::kSentAgain:
-        return send_again();
-      case Fault::kOvertaken:
-        return overtake();
+      case Fault::kSentAgain: return send_again();
+      case Fault::kOvertaken: return overtake();
       case Fault::kCellRestarted: {
         ReportingCell& cell = any_cell();
         cell.restart();
@@ -280,26 +275,16 @@ class Plant {
 
 const char* to_string(Fault fault) {
   switch (fault) {
-    case Fault::kBrokerKilled:
-      return "broker killed";
-    case Fault::kBrokerStopped:
-      return "broker stopped";
-    case Fault::kDatabaseKilled:
-      return "database killed";
-    case Fault::kCollectorKilled:
-      return "collector killed";
-    case Fault::kCellsCut:
-      return "cells cut off";
-    case Fault::kCollectorsCut:
-      return "collectors cut off";
-    case Fault::kClockStepped:
-      return "clock stepped";
-    case Fault::kSentAgain:
-      return "facts sent again";
-    case Fault::kOvertaken:
-      return "facts overtaken";
-    case Fault::kCellRestarted:
-      return "cell restarted";
+    case Fault::kBrokerKilled: return "broker killed";
+    case Fault::kBrokerStopped: return "broker stopped";
+    case Fault::kDatabaseKilled: return "database killed";
+    case Fault::kCollectorKilled: return "collector killed";
+    case Fault::kCellsCut: return "cells cut off";
+    case Fault::kCollectorsCut: return "collectors cut off";
+    case Fault::kClockStepped: return "clock stepped";
+    case Fault::kSentAgain: return "facts sent again";
+    case Fault::kOvertaken: return "facts overtaken";
+    case Fault::kCellRestarted: return "cell restarted";
   }
   return "";
 }

@@ -144,13 +144,10 @@ void ReportingCell::work() {
   const auto few = static_cast<std::size_t>(2 + chance(6));
   switch (chance(10)) {
     case 0:
-    case 1:
-      return session(SessionKind::kCalibrate, few, true);
+    case 1: return session(SessionKind::kCalibrate, few, true);
     case 2:
-    case 3:
-      return session(SessionKind::kCheck, few, false);
-    case 4:
-      return session(SessionKind::kQualify, few, false);
+    case 3: return session(SessionKind::kCheck, few, false);
+    case 4: return session(SessionKind::kQualify, few, false);
     case 5: {
       if (calibrated_ == 0) return;
       const std::string time = now();
@@ -162,12 +159,9 @@ void ReportingCell::work() {
       for (char& byte : bytes) byte = static_cast<char>(chance(256));
       return report(plant::CertificateFact{"7-abc", {{"rows.jsonl", std::move(bytes)}}});
     }
-    case 7:
-      return report(plant::AlarmFact{"done", "weld: done", "0.4 mm"});
-    case 8:
-      return report(plant::AnswerFact{"p-1", true, "policy", ""});
-    default:
-      return report(plant::HealthFact{100, 1, 2, 99, 0.0, 0.5, 10, 1, 0.25, 4, 1 << 20});
+    case 7: return report(plant::AlarmFact{"done", "weld: done", "0.4 mm"});
+    case 8: return report(plant::AnswerFact{"p-1", true, "policy", ""});
+    default: return report(plant::HealthFact{100, 1, 2, 99, 0.0, 0.5, 10, 1, 0.25, 4, 1 << 20});
   }
 }
 

@@ -13,7 +13,8 @@ namespace cellcal::daemon::testing {
 class Broker {
  public:
   /// `more`: further lines of its configuration; without them no anonymous access.
-  explicit Broker(const std::filesystem::path& dir, const std::string& more = "allow_anonymous true\n");
+  explicit Broker(const std::filesystem::path& dir,
+                  const std::string& more = "allow_anonymous true\n");
   ~Broker();
   Broker(const Broker&) = delete;
   Broker& operator=(const Broker&) = delete;

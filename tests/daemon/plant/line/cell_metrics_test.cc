@@ -1,11 +1,11 @@
+#include "daemon/plant/line/cell_metrics.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <fstream>
 #include <set>
 #include <sstream>
-
-#include "daemon/plant/line/cell_metrics.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -45,18 +45,10 @@ TEST(ACellsMetrics, AreMillimetresAndMillisecondsAndHaveTheTypeThatTheySay) {
     const std::size_t is = one.value.index();
     switch (one.type) {
       case DataType::kInt64:
-      case DataType::kDateTime:
-        EXPECT_EQ(is, 1U) << one.name;
-        break;
-      case DataType::kDouble:
-        EXPECT_EQ(is, 2U) << one.name;
-        break;
-      case DataType::kBoolean:
-        EXPECT_EQ(is, 3U) << one.name;
-        break;
-      case DataType::kString:
-        EXPECT_EQ(is, 4U) << one.name;
-        break;
+      case DataType::kDateTime: EXPECT_EQ(is, 1U) << one.name; break;
+      case DataType::kDouble: EXPECT_EQ(is, 2U) << one.name; break;
+      case DataType::kBoolean: EXPECT_EQ(is, 3U) << one.name; break;
+      case DataType::kString: EXPECT_EQ(is, 4U) << one.name; break;
     }
   }
 }

@@ -66,8 +66,7 @@ TEST(FirmwareLink, TakesAndCountsWhatTheDriversReaderTakesAndCounts) {
         line.assign(odd.bytes().begin(), odd.bytes().end());
         break;
       }
-      default:
-        break;
+      default: break;
     }
     for (const std::uint8_t byte : line) {
       const ctp::Frame* frame = theirs.feed(byte);

@@ -142,7 +142,8 @@ class Series {
     std::printf(
         "time of contact on the host's clock: off by p50 %.1f us, max %.1f us; "
         "stated sigma now %.1f us\n",
-        quantile(host_off_us_, 0.5), largest(host_off_us_), s.quality.clock_sigma_s.value_or(0.0) * 1e6);
+        quantile(host_off_us_, 0.5), largest(host_off_us_),
+        s.quality.clock_sigma_s.value_or(0.0) * 1e6);
     std::printf("link: CRC errors %llu, gaps %llu, bounces %llu, memory never used %zu bytes\n",
                 static_cast<unsigned long long>(s.quality.crc_errors),
                 static_cast<unsigned long long>(s.quality.gaps),

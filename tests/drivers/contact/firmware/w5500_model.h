@@ -110,12 +110,9 @@ class W5500Model {
       case 2:
         if (write) tx_[where % kBuffer] = out;
         return tx_[where % kBuffer];
-      case 3:
-        return rx_[where % kBuffer];
-      case 0:
-        return touch(kCommon, where, write, out);
-      default:
-        return touch(kSocket, where, write, out);
+      case 3: return rx_[where % kBuffer];
+      case 0: return touch(kCommon, where, write, out);
+      default: return touch(kSocket, where, write, out);
     }
   }
 

@@ -172,7 +172,8 @@ TEST(BoardTime, OfAStampLaterThanTheLoopsIsNoAge) {
   identity.has_relay = true;
   sensor s{};
   sensor_init(&s, &identity, 0);
-  constexpr std::uint32_t kSwitching = CTP_RELAY_MS * 1000u * CTP_TICKS_PER_US, kAsked = 10 * kSwitching;
+  constexpr std::uint32_t kSwitching = CTP_RELAY_MS * 1000u * CTP_TICKS_PER_US,
+                          kAsked = 10 * kSwitching;
   sensor_want_relay(&s, kAsked, true);
   s.relay_until = kAsked + 10 * kSwitching;
   sensor_run_relay(&s, kAsked - 1);
@@ -200,7 +201,8 @@ TEST(EthernetChip, CarriesAConversation) {
   const host_address from{ctp_get_u32(b.from.address), b.from.port};
   host_link_take(&link, &from, heard.data(), static_cast<std::uint16_t>(heard.size()), 10);
   ASSERT_TRUE(link.there);
-  host_link_run(&link, 9);  // by the time taken before the datagram was read, as in the board's loop
+  host_link_run(&link,
+                9);  // by the time taken before the datagram was read, as in the board's loop
   ASSERT_TRUE(link.there);
   std::array<std::uint8_t, CTP_MAX_WIRE> wire{};
   std::uint32_t start = 0;

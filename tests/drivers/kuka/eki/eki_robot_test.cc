@@ -167,9 +167,10 @@ TEST_F(EkiSockets, NobodyThereIsNamedWithWhatToCheck) {
   krc.stop();
   EkiRobot alone(io.context(), loopback(1), nullptr);
   alone.open();
-  EXPECT_TRUE(
-      eventually([&] { return said(alone.state().words).find("Last error: ") != std::string::npos; }));
-  EXPECT_NE(said(alone.state().words).find("127.0.0.1:1"), std::string::npos) << alone.state().words;
+  EXPECT_TRUE(eventually(
+      [&] { return said(alone.state().words).find("Last error: ") != std::string::npos; }));
+  EXPECT_NE(said(alone.state().words).find("127.0.0.1:1"), std::string::npos)
+      << alone.state().words;
 }
 
 TEST_F(EkiSockets, AnAddressThatIsNoneIsRefusedAtOnce) {

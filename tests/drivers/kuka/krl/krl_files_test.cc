@@ -1,7 +1,5 @@
 // The controller files: checked statically, since no controller reads them here.
 
-#include "drivers/kuka/krl/krl_template.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include <set>
 
 #include "drivers/error.h"
+#include "drivers/kuka/krl/krl_template.h"
 #include "sim/krc/eki_channel.h"
 #include "sim/krc/eki_controller.h"
 #include "tests/drivers/kuka/krl/krl_checker.h"
@@ -484,8 +483,7 @@ TEST(KrlTemplate, RepeatsSuccessiveLinesOfAListForEachItem) {
   const auto filled = [&](const char* text) { return krl::fill(text, {{"B", "x"}}, lists); };
   EXPECT_EQ(filled("a\n@*AXIS@<@@NAME@\n@*AXIS@@B@>\nb\n"),
             "a\r\n<@A1\r\nx>\r\n<@A2\r\ny>\r\nb\r\n");
-  EXPECT_EQ(filled("@*AXIS@@NAME@\n@*@\n@*AXIS@@B@\n"), "A1\r\nA2\r\nx\r\ny\r\n")
-      << "two blocks";
+  EXPECT_EQ(filled("@*AXIS@@NAME@\n@*@\n@*AXIS@@B@\n"), "A1\r\nA2\r\nx\r\ny\r\n") << "two blocks";
   EXPECT_EQ(filled("@*NEVER@a\n@*ONCE@\n@*ONCE@b@B@\n"), "\r\nbx\r\n");
   EXPECT_THROW(filled("@*NO@a\n"), std::logic_error);
 }

@@ -122,8 +122,9 @@ TEST(RsiSet, SendsTheContactInputWhereItIsConfigured) {
     const auto has = [](const std::string& said, const char* words) {
       return said.find(words) != std::string::npos;
     };
-    EXPECT_TRUE(has(with("ParamValue=\"17\"", "ParamValue=\"18\""), "is 18. Set 17: Contact.R is "
-                                                                    "the contact input"));
+    EXPECT_TRUE(has(with("ParamValue=\"17\"", "ParamValue=\"18\""),
+                    "is 18. Set 17: Contact.R is "
+                    "the contact input"));
     const std::string id = version == 3 ? "ParamID=\"1\"" : "ParamId=\"0\"";
     const std::string wide = "<Parameter Name=\"DataSize\" " +
                              std::string(version == 3 ? "ParamID=\"2\"" : "ParamId=\"1\"") +

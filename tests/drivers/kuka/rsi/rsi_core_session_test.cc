@@ -105,7 +105,8 @@ TEST_F(RsiSession, ThatSeemsToBeginWithoutASilenceBehindACorrectionIsNotAnswered
   EXPECT_EQ(answers, 0);
   EXPECT_EQ(facts().trouble, Trouble::kCorrectionDenied);
   EXPECT_EQ(facts().link, RobotLink::kNotReferenced);
-  EXPECT_TRUE(has(said(rig.core.state().words), "check what sends ASPos")) << rig.core.state().words;
+  EXPECT_TRUE(has(said(rig.core.state().words), "check what sends ASPos"))
+      << rig.core.state().words;
   pause(300ms);
   rig.krc.rsi_on();  // by the operator
   rig.run(200ms);
