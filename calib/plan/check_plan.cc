@@ -477,16 +477,17 @@ CheckPlanOptions mastered_touches(const std::vector<std::string>& joints) {
 }
 
 PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,
-                              const JointVector& from, const std::vector<double>& positioner_rad) {
+                              const JointVector& from, bool in_contact,
+                              const std::vector<double>& positioner_rad) {
   const PlannedTouch& planned = plan.touches.at(next);
   const JointVector& before = next == 0 ? plan.start : plan.touches[next - 1].clear;
-  if (from == before && positioner_rad == planned.positioner_rad) return planned;
+  if (!in_contact && from == before && positioner_rad == planned.positioner_rad) return planned;
   // To the stand-off clear of the sphere, then straight on as planned.
   Plan far = plan;
   const bool aimed = planned.transit.size() > 1 && planned.transit.back() == planned.standoff;
   if (aimed) far.touches[next].standoff = planned.transit[planned.transit.size() - 2];
   PlannedTouch touch =
-      resume_plan(as_known(calibration), far, next, from, positioner_rad).touches[next];
+      resume_plan(as_known(calibration), far, next, from, in_contact, positioner_rad).touches[next];
   if (!aimed) return touch;
   touch.standoff = planned.standoff;
   touch.transit.push_back(planned.standoff);

@@ -33,7 +33,7 @@ Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
 /// The plan's touch `next`, with spheres at their calibrated places, and a path from any position and from
 /// any angles of a positioner; as resume_plan(). Throws PlanError.
 PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,
-                              const JointVector& from,
+                              const JointVector& from, bool in_contact,
                               const std::vector<double>& positioner_rad = {});
 
 /// Four to six touches with most information on the zeros of these joints, in at most 20 s of robot time.

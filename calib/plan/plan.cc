@@ -94,14 +94,22 @@ std::vector<JointVector> last_leg(const PlannedTouch& touch) {
           touch.transit.end()};
 }
 
+/// Where the arm begins.
+struct Standing {
+  const JointVector& from;
+  bool in_contact;
+};
+
 /// Out of a search that the arm stopped in, `lines`: back along its line. Empty: the arm is clear.
 /// `as_planned`: what is around their ends has not moved.
 std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clearance,
                                          std::initializer_list<const PlannedTouch*> lines,
-                                         const JointVector& from, bool as_planned) {
-  if (clearance.clear(from, kTipMarginM)) return std::nullopt;
+                                         const Standing& at, bool as_planned) {
+  const auto& [from, in_contact] = at;
+  if (!in_contact && clearance.clear(from, kTipMarginM)) return std::nullopt;
   for (const PlannedTouch* near : lines) {
-    if (!way_out_of({near->target, last_leg(*near), near->end, {near->clear}}, from)) continue;
+    if (!way_out_of({near->target, last_leg(*near), near->end, {near->clear}}, from, in_contact))
+      continue;
     // Out of a contact the arm moves alone: a linear unit stays.
     JointVector out = near->clear;
     std::copy_n(from.begin(), cell.robot.first_turning(), out.begin());
@@ -113,7 +121,8 @@ std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clea
       fmt::format(
           "no clear way back along the line of the last touch, and at the arm's position {}. "
           "Jog it free",
-          words_or(clearance.hit(from, kTipMarginM), "something is too close")));
+          words_or(clearance.hit(from, kTipMarginM),
+                   in_contact ? "the tip is in contact" : "something is too close")));
 }
 
 Candidate leaving_at(const Cell& cell, const ArmModel& arm, const std::string& target,
@@ -128,12 +137,12 @@ Candidate leaving_at(const Cell& cell, const ArmModel& arm, const std::string& t
 /// The touch with its transit from `from`. `before`: made last, else itself. `rest`: as of a Router.
 PlannedTouch resumed_touch(const Cell& cell, const ArmModel& arm, const Clearance& clearance,
                            const JointVector& rest, PlannedTouch touch, const PlannedTouch& before,
-                           const JointVector& from) {
+                           const Standing& standing) {
   Router router(cell, arm, clearance, rest, 0.0);
   std::vector<JointVector> way;
-  if (const auto out = out_of_search(cell, clearance, {&touch, &before}, from, true))
+  if (const auto out = out_of_search(cell, clearance, {&touch, &before}, standing, true))
     way.push_back(*out);
-  const JointVector at = way.empty() ? from : way.back();
+  const JointVector at = way.empty() ? standing.from : way.back();
   Candidate to;
   to.target = cell.target_index(touch.target);
   to.normal = touch.normal;
@@ -160,7 +169,7 @@ PlannedTouch resumed_touch(const Cell& cell, const ArmModel& arm, const Clearanc
             words_or(clearance.hit(at, touch.standoff, kTipMarginM), kBlockedAround)));
   way.insert(way.end(), onward->begin(), onward->end());
   touch.transit = std::move(way);
-  round_corners(clearance, {}, from, touch);
+  round_corners(clearance, {}, standing.from, touch);
   return touch;
 }
 
@@ -168,13 +177,13 @@ PlannedTouch resumed_touch(const Cell& cell, const ArmModel& arm, const Clearanc
 /// moved since.
 std::vector<JointVector> way_to_wait(const Cell& still, const JointVector& start,
                                      const PlannedTouch& touch, const PlannedTouch& last,
-                                     const JointVector& from) {
+                                     const Standing& standing) {
   const ArmModel arm = planning_arm(still);
   const Clearance clearance(still, arm);
   std::vector<JointVector> way;
-  if (const auto out = out_of_search(still, clearance, {&touch, &last}, from, false))
+  if (const auto out = out_of_search(still, clearance, {&touch, &last}, standing, false))
     way.push_back(*out);
-  const JointVector at = way.empty() ? from : way.back();
+  const JointVector at = way.empty() ? standing.from : way.back();
   const auto onward =
       Router(still, arm, clearance, start, 0.0).to_rest(leaving_at(still, arm, last.target, at));
   if (!onward)
@@ -202,14 +211,14 @@ void adopt_present_setting(Plan& plan, std::size_t next,
 }
 
 PlannedTouch resumed_at_setting(const Cell& cell, const JointVector& start, PlannedTouch touch,
-                                const PlannedTouch& before, const JointVector& from) {
+                                const PlannedTouch& before, const Standing& standing) {
   const Cell still = at_setting(cell, touch.positioner_rad);
   const ArmModel arm = planning_arm(still);
   const Clearance clearance(still, arm);
-  return resumed_touch(still, arm, clearance, start, std::move(touch), before, from);
+  return resumed_touch(still, arm, clearance, start, std::move(touch), before, standing);
 }
 
-Plan resume_with_positioner(const Cell& cell, Plan plan, std::size_t next, const JointVector& from,
+Plan resume_with_positioner(const Cell& cell, Plan plan, std::size_t next, const Standing& standing,
                             const std::vector<double>& positioner_rad) {
   if (positioner_rad.size() != cell.robot.positioner.size())
     throw PlanError(PlanError::Kind::kRequest, "the angles of the positioner's axes are not known");
@@ -218,15 +227,15 @@ Plan resume_with_positioner(const Cell& cell, Plan plan, std::size_t next, const
   if (stands_at(positioner_rad, touch.positioner_rad)) {
     const bool made_here = stands_at(last.positioner_rad, touch.positioner_rad);
     adopt_present_setting(plan, next, positioner_rad);
-    touch = resumed_at_setting(cell, plan.start, touch, made_here ? last : touch, from);
+    touch = resumed_at_setting(cell, plan.start, touch, made_here ? last : touch, standing);
     touch.wait.clear();
     touch.wait_rad.clear();
     return plan;
   }
   require_clear_turn(cell, positioner_rad, touch.positioner_rad, plan.start);
-  touch.wait = way_to_wait(at_setting(cell, positioner_rad), plan.start, touch, last, from);
+  touch.wait = way_to_wait(at_setting(cell, positioner_rad), plan.start, touch, last, standing);
   touch.wait_rad = positioner_rad;
-  touch = resumed_at_setting(cell, plan.start, touch, touch, plan.start);
+  touch = resumed_at_setting(cell, plan.start, touch, touch, {plan.start, false});
   return plan;
 }
 
@@ -252,9 +261,11 @@ struct Place {
   std::vector<Candidate> touches;
 };
 
-const Target& like(const Cell& cell) {
-  const auto sphere =
-      std::ranges::find(cell.targets, TargetKind::kSphere, [](const Target& t) { return t.kind; });
+/// The sphere of that id, else the first.
+const Target& like(const Cell& cell, const std::string& id) {
+  const auto own = std::ranges::find(cell.targets, id, &Target::id);
+  if (own != cell.targets.end() && own->kind == TargetKind::kSphere) return *own;
+  const auto sphere = std::ranges::find(cell.targets, TargetKind::kSphere, &Target::kind);
   if (sphere == cell.targets.end())
     throw PlanError(
         PlanError::Kind::kRequest,
@@ -296,7 +307,7 @@ Cell with_spheres(const Cell& cell, const std::vector<Vector3d>& centres_m) {
   double sigma_m = 0.0;
   for (const CertifiedLength& one : cell.lengths) sigma_m = std::max(sigma_m, one.sigma_m);
   for (std::size_t k = 0; k < centres_m.size(); ++k) {
-    result.targets.push_back(sphere_at(like(cell), centres_m[k], ids[k]));
+    result.targets.push_back(sphere_at(like(cell, ids[k]), centres_m[k], ids[k]));
     for (std::size_t j = 0; j < k && !cell.lengths.empty(); ++j)
       result.lengths.push_back({result.targets[j].id, result.targets[k].id,
                                 (centres_m[j] - centres_m[k]).norm(),
@@ -490,16 +501,16 @@ Plan make_plan(const Cell& cell, const PlanOptions& stated, const JointVector& f
 }
 
 Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from,
-                 const std::vector<double>& positioner_rad) {
+                 bool in_contact, const std::vector<double>& positioner_rad) {
   if (next >= plan.touches.size()) return plan;
   if (!cell.robot.positioner.empty())
-    return resume_with_positioner(cell, plan, next, from, positioner_rad);
+    return resume_with_positioner(cell, plan, next, {from, in_contact}, positioner_rad);
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);
   Plan result = plan;
-  result.touches[next] =
-      resumed_touch(cell, arm, clearance, resting_posture(cell.robot, clearance),
-                    plan.touches[next], plan.touches[next > 0 ? next - 1 : next], from);
+  result.touches[next] = resumed_touch(cell, arm, clearance, resting_posture(cell.robot, clearance),
+                                       plan.touches[next], plan.touches[next > 0 ? next - 1 : next],
+                                       {from, in_contact});
   return result;
 }
 

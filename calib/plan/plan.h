@@ -19,13 +19,14 @@ namespace cellcal::calib {
 Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& from = {});
 
 /// The same plan resumed at touch `next` with the arm at `from`: only the transit to that touch
-/// changes. If `from` lies on a search line, the first waypoint leads back out of it. Throws
-/// PlanError if no clear path is found; the operator has to jog the arm.
+/// changes. If `from` lies on a search line, the first waypoint leads back out of it; `in_contact`, it
+/// has to lie on one, since no other way is known to lead away. Throws PlanError if no clear path is
+/// found; the operator has to jog the arm.
 ///
 /// `positioner_rad`: the positioner's present angles. Unless they are the touch's setting, the arm
 /// goes to the plan's start first, and they turn there. Within 0.12 deg they stay.
 Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const JointVector& from,
-                 const std::vector<double>& positioner_rad = {});
+                 bool in_contact, const std::vector<double>& positioner_rad = {});
 
 // Suggests places of spheres for a region: those with the smallest remaining uncertainty of the arm.
 //

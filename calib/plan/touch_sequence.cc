@@ -206,15 +206,16 @@ GoalBatches::GoalBatches(const Cell& cell, const PlanOptions& options, const Goa
                          const std::vector<Touch>& made)
     : impl_(make_hidden<Impl>(cell, options, goal, made)) {}
 
-std::optional<PlannedTouch> GoalBatches::next(const JointVector& from,
+std::optional<PlannedTouch> GoalBatches::next(const JointVector& from, bool in_contact,
                                               const std::vector<double>& positioner_rad) {
   const Impl& me = *impl_;
   if (me.progress.done) return std::nullopt;
   const PlannedTouch& planned = me.plan.touches[me.at];
   const PlannedTouch* before = me.at > 0 ? &me.plan.touches[me.at - 1] : nullptr;
-  if (before != nullptr && before->clear == from && before->positioner_rad == positioner_rad)
+  if (!in_contact && before != nullptr && before->clear == from &&
+      before->positioner_rad == positioner_rad)
     return planned;
-  return resume_plan(me.cell, me.plan, me.at, from, positioner_rad).touches[me.at];
+  return resume_plan(me.cell, me.plan, me.at, from, in_contact, positioner_rad).touches[me.at];
 }
 
 void GoalBatches::touched(const Touch& touch) {
@@ -269,7 +270,7 @@ struct TouchSequence::Impl {
     finder = Finder(stated, options.plan, options.find, made, angles);
   }
 
-  std::optional<PlannedTouch> next(const JointVector& from) {
+  std::optional<PlannedTouch> next(const JointVector& from, bool in_contact = false) {
     if (!found()) {
       if (auto touch = finder.next(from)) {
         touch->positioner_rad = positioner_rad;
@@ -278,7 +279,7 @@ struct TouchSequence::Impl {
       if (options.only_find) return std::nullopt;
       begin();
     }
-    return batches ? batches->next(from, positioner_rad) : online->next(from);
+    return batches ? batches->next(from, in_contact, positioner_rad) : online->next(from);
   }
 
   /// The next touch after this way from where the arm is.
@@ -309,7 +310,7 @@ struct TouchSequence::Impl {
   std::optional<std::vector<JointVector>> recorded_retreat(const JointVector& from,
                                                            bool in_contact) const {
     if (!options.left || finder.done()) return std::nullopt;
-    auto way = way_out_of(*options.left, with_positioner(from));
+    auto way = way_out_of(*options.left, with_positioner(from), in_contact);
     if (!way || (!in_contact && finder.is_clear_at(from))) return std::nullopt;
     for (JointVector& waypoint : *way) waypoint.resize(from.size());
     if (!finder.is_clear_except_sought(from, *way)) return std::nullopt;
@@ -380,7 +381,7 @@ std::optional<PlannedTouch> TouchSequence::next(const JointVector& from, bool in
                                                 const std::vector<double>& positioner_rad) {
   Impl& me = *impl_;
   me.turned_to(positioner_rad);
-  if (me.batches) return me.next(from);
+  if (me.batches) return me.next(from, in_contact);
   if (const auto out = me.recorded_retreat(from, in_contact)) return me.next_after(*out);
   const bool free = !in_contact && Clearance(me.finder.here(), me.arm).clear(from, kTipMarginM);
   if (free || me.finder.leads_out(from)) return me.next(from);
@@ -448,11 +449,12 @@ Phrase TouchSequence::stage() const {
 }
 
 std::optional<std::vector<JointVector>> way_out_of(const SearchUnderWay& left,
-                                                   const JointVector& at) {
+                                                   const JointVector& at, bool in_contact) {
   const bool searches = !left.end.empty();
   if (left.way.empty() || searches == left.out.empty()) return std::nullopt;
   if (searches && left.end.size() == left.way.back().size() && is_on_search(left, at))
     return left.out;
+  if (in_contact) return std::nullopt;
   for (std::size_t k = left.way.size() - 1; k > 0; --k) {
     if (!is_on(left.way[k - 1], left.way[k], at)) continue;
     std::vector<JointVector> rest(left.way.begin() + static_cast<std::ptrdiff_t>(k),

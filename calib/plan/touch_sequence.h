@@ -30,7 +30,8 @@ class GoalBatches {
 
   /// The next touch with its path from the arm's and the positioner's present angles; empty once done. Repeated
   /// until touched() or failed() is called. Throws PlanError if no clear path leads away.
-  std::optional<PlannedTouch> next(const JointVector& from,
+  /// `in_contact`: as resume_plan().
+  std::optional<PlannedTouch> next(const JointVector& from, bool in_contact,
                                    const std::vector<double>& positioner_rad);
   /// Throws IdentifyError if all touches of a batch together determine no estimate, PlanError as make_plan().
   void touched(const Touch& touch);
@@ -69,9 +70,9 @@ struct SearchUnderWay {
 inline constexpr double kOnWayRad = 0.0035;
 
 /// Way-points from `at` on, by the recorded moves only; empty if the arm is not on them, or they have no
-/// retreat.
+/// retreat. `in_contact`: only out of the search, since on the way to it they lead forwards.
 std::optional<std::vector<JointVector>> way_out_of(const SearchUnderWay& left,
-                                                   const JointVector& at);
+                                                   const JointVector& at, bool in_contact);
 
 struct TouchSequenceOptions {
   PlanOptions plan;

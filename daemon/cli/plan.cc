@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "calib/files/toml.h"
 #include "calib/files/touches.h"
 #include "calib/model/error.h"
 #include "calib/model/long_work.h"
@@ -214,16 +216,27 @@ std::vector<calib::Target> spheres_of(const calib::Cell& cell) {
   return spheres;
 }
 
-/// As lines of a cell file.
-std::string file_lines(const calib::Cell& cell) {
+std::string toml_value(const nlohmann::json& value) {
+  if (value.is_string()) return calib::toml_string(value.get<std::string>());
+  return value.is_number() ? calib::toml_number(value.get<double>()) : value.dump();
+}
+
+/// As lines of a cell file: of a sphere that `file` has, all that does not state its place stays.
+std::string file_lines(const calib::Cell& cell, const nlohmann::json& file) {
   std::string lines;
-  for (const calib::Target& target : spheres_of(cell))
-    lines += fmt::format(
-        "\n[[target]]\nid = \"{}\"\nkind = \"sphere\"\ndiameter_mm = {:g}\n"
-        "centre_mm = [{:.0f}, {:.0f}, {:.0f}]\ncentre_sigma_mm = {:g}\n",
-        target.id, target.diameter_m * kMmPerM, target.centre_m.x() * kMmPerM,
-        target.centre_m.y() * kMmPerM, target.centre_m.z() * kMmPerM,
-        target.centre_sigma_m * kMmPerM);
+  for (const calib::Target& target : spheres_of(cell)) {
+    nlohmann::json sphere{{"kind", "sphere"}, {"diameter_mm", target.diameter_m * kMmPerM}};
+    for (const nlohmann::json& own : file.at("target"))
+      if (own.at("id") == target.id) sphere = own;
+    for (const char* key :
+         {"id", "centre_mm", "centre_sigma_mm", "search_low_mm", "search_high_mm"})
+      sphere.erase(key);
+    lines += "\n[[target]]\nid = " + calib::toml_string(target.id) + "\n";
+    for (const auto& [key, value] : sphere.items()) lines += key + " = " + toml_value(value) + "\n";
+    lines += fmt::format("centre_mm = [{:.0f}, {:.0f}, {:.0f}]\ncentre_sigma_mm = {:g}\n",
+                         target.centre_m.x() * kMmPerM, target.centre_m.y() * kMmPerM,
+                         target.centre_m.z() * kMmPerM, target.centre_sigma_m * kMmPerM);
+  }
   return lines;
 }
 
@@ -324,7 +337,8 @@ int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
     in_file += "# " + words(line) + "\n";
     on_terminal += "# " + said(line);
   }
-  put(in_file + file_lines(suggested.cell), command.output);
+  put(in_file + file_lines(suggested.cell, calib::toml_to_json(calib::read_file(command.cell))),
+      command.output);
   if (!command.output.empty()) put(on_terminal, {});
   return kSuccess;
 }

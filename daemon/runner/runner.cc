@@ -328,9 +328,8 @@ struct Runner::Perform {
     runner.work(
         [route = tasks.route, plan = state.plan, action,
          from = joint_vector(backend.robot().state().commanded_rad)] {
-          return Event{
-              Routed{{std::make_shared<const calib::Plan>(route(*plan, action.next, from))},
-                     action.route_id}};
+          return Event{Routed{{std::make_shared<const calib::Plan>(route(*plan, action, from))},
+                              action.route_id}};
         },
         action.route_id);
   }

@@ -81,7 +81,7 @@ struct Tasks {
   };
   std::function<Planned()> plan;
   /// `from`: present angles of all axes, the arm's before those of a positioner.
-  std::function<calib::Plan(const calib::Plan&, std::size_t next, const calib::JointVector& from)>
+  std::function<calib::Plan(const calib::Plan&, const FindRoute&, const calib::JointVector& from)>
       route;
   /// Chooses the next touch from all previous ones.
   std::function<Chosen(const ChooseTouch&, const std::vector<calib::Touch>&,

@@ -51,7 +51,7 @@ class Round {
   Tasks::Chosen choose(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                        const calib::JointVector& from) {
     round_.learn(how, touches);
-    Tasks::Chosen chosen = round_.offer(from);
+    Tasks::Chosen chosen = round_.offer(from, how.in_contact);
     chosen.stage = "say.stage.checking";
     return chosen;
   }

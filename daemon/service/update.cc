@@ -56,7 +56,7 @@ class Update {
                        const calib::JointVector& from) {
     round_.learn(how, touches);
     if (round_.all_done() && !further_) add_further(touches, from);
-    Tasks::Chosen chosen = round_.offer(from);
+    Tasks::Chosen chosen = round_.offer(from, how.in_contact);
     chosen.stage = further_ ? "say.stage.resolving" : "say.stage.checking";
     return chosen;
   }

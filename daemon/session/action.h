@@ -40,7 +40,8 @@ struct Reading {
 // Requests to the worker, answered by kPlanned, kRouted, kAssessed, kIdentified, kReported or kWorkFailed.
 struct MakePlan {};
 struct FindRoute {
-  std::size_t next = 0;  ///< index of the first touch still to be made
+  std::size_t next = 0;     ///< index of the first touch still to be made
+  bool in_contact = false;  ///< the path begins in contact
   std::uint32_t route_id = 0;
 };
 /// In a session with touches chosen one by one. Answered by kRouted.

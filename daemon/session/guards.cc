@@ -10,10 +10,10 @@ namespace cellcal::daemon::rules {
 namespace {
 
 /// The first move may lead out of a contact: the tip may still touch a sphere that an earlier session has
-/// left.
+/// left. Only back along a search: the way is decided by the route.
 bool may_leave_contact(const State& state, const Links& links) {
   return state.resumed ||
-         (state.left && calib::way_out_of(*state.left, joint_vector(links.actual_rad)));
+         (state.left && calib::way_out_of(*state.left, joint_vector(links.actual_rad), true));
 }
 
 /// A sensor in contact cannot pass its self-test before the arm has left, but it is operational.
@@ -223,7 +223,7 @@ bool none_left_after_interruption(const State& state, const Event& event) {
          (planned_made || (state.one_by_one && none_left(state, event)));
 }
 bool sensor_proven(const State& state, const Event&) {
-  return state.links.ready() && !state.links.in_contact;
+  return state.links.ready() && state.links.self_test_ok && !state.links.in_contact;
 }
 bool sensor_proven_freed(const State& state, const Event& event) {
   return sensor_proven(state, event) && !state.touch_failed && !state.missed;
@@ -289,11 +289,10 @@ bool one_by_one_after_failure(const State& state, const Event&) {
   return state.one_by_one && state.touch_failed.has_value();
 }
 bool sensor_proven_after_failure(const State& state, const Event& event) {
-  return one_by_one_after_failure(state, event) && sensor_proven(state, event) &&
-         state.links.self_test_ok;
+  return one_by_one_after_failure(state, event) && sensor_proven(state, event);
 }
 bool sensor_proven_after_miss(const State& state, const Event& event) {
-  return state.missed && sensor_proven(state, event) && state.links.self_test_ok;
+  return state.missed && sensor_proven(state, event);
 }
 bool not_found(const State&, const Event& event) { return event.routed().not_found; }
 bool not_found_after_last(const State& state, const Event&) {

@@ -245,7 +245,7 @@ void find_route(State& state, const Event& event, Actions& actions) {
     actions.emplace_back(
         ChooseTouch{state.touch_failed, state.links.in_contact, {}, state.route_id});
   else
-    actions.emplace_back(FindRoute{state.done, state.route_id});
+    actions.emplace_back(FindRoute{state.done, state.links.in_contact, state.route_id});
   state.touch_failed.reset();
   state.resume_path = ResumePath::kNone;
   end_interruption(state);

@@ -88,7 +88,7 @@ PartedAxes parted(const calib::Robot& robot, const calib::JointVector& all_rad) 
   return {{all_rad.begin(), arm_end}, calib::resting_at(robot, {arm_end, all_rad.end()})};
 }
 
-Tasks::Chosen PlannedRound::offer(const calib::JointVector& from) {
+Tasks::Chosen PlannedRound::offer(const calib::JointVector& from, bool in_contact) {
   const auto& [arm_rad, positioner_rad] = parted(inputs_->cell.robot, from);
   if (begin_.empty()) {
     begin_ = arm_rad;
@@ -98,8 +98,8 @@ Tasks::Chosen PlannedRound::offer(const calib::JointVector& from) {
   const auto next = std::ranges::find(became_, Became::kOpen);
   if (next != became_.end()) {
     in_hand_ = static_cast<std::size_t>(next - became_.begin());
-    chosen.plan.touches.push_back(
-        calib::check_touch_from(calibration_, plan_, *in_hand_, arm_rad, positioner_rad));
+    chosen.plan.touches.push_back(calib::check_touch_from(calibration_, plan_, *in_hand_, arm_rad,
+                                                          in_contact, positioner_rad));
     refuse_beyond_reach(*inputs_, chosen.plan, 0,
                         begin_);  // its path may differ from the planned one
   } else if (!plan_.touches.empty() && arm_rad == plan_.touches.back().clear) {

@@ -46,7 +46,7 @@ class PlannedRound {
   /// Records the result of the current touch.
   void learn(const ChooseTouch& how, const std::vector<calib::Touch>& touches);
   /// The next open touch, or the way home if the arm is at its beginning. `from`: angles of all axes.
-  Tasks::Chosen offer(const calib::JointVector& from);
+  Tasks::Chosen offer(const calib::JointVector& from, bool in_contact);
   calib::Progress progress() const;
 
   /// The planned touch that matches, made in this session or another one with the same plan.

@@ -274,13 +274,14 @@ void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std:
 Tasks with_route(Tasks tasks, const SharedInputs& inputs) {
   // Position at the begin of the controller's session.
   const auto begin = std::make_shared<calib::JointVector>();
-  tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
+  tasks.route = [inputs, begin](const calib::Plan& plan, const FindRoute& how,
                                 const calib::JointVector& from) {
     const auto& [arm_rad, positioner_rad] = parted(inputs->cell.robot, from);
-    calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, arm_rad, positioner_rad);
+    calib::Plan routed =
+        calib::resume_plan(inputs->cell, plan, how.next, arm_rad, how.in_contact, positioner_rad);
     check(routed, arm_rad.size());
     if (begin->empty()) *begin = arm_rad;
-    refuse_beyond_reach(*inputs, routed, next, *begin);
+    refuse_beyond_reach(*inputs, routed, how.next, *begin);
     return routed;
   };
   return tasks;

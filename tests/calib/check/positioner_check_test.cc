@@ -74,7 +74,7 @@ TEST(CheckWithPositioner, IsReachedFromWhereArmAndPositionerStand) {
   const std::vector<double> setting = plan.touches[0].positioner_rad;
   const JointVector upright = {0.0, -1.5708, 1.5708, 0.0, 1.0472, 0.0};
   const auto touch = [&](std::size_t next, const JointVector& from, std::vector<double> stands) {
-    return check_touch_from(calibrated_with_positioner(), plan, next, from, stands);
+    return check_touch_from(calibrated_with_positioner(), plan, next, from, false, stands);
   };
   const std::vector<double> elsewhere = {setting[0] + 0.4, setting[1] - 1.0};
   const PlannedTouch turned = touch(0, upright, elsewhere);

@@ -76,7 +76,7 @@ TEST(ACheckTouch, IsResumedFromItsNearStandoffFromBeforeItAndFromItsSearch) {
     for (const JointVector& from :
          {touch.standoff, halfway(far, touch.standoff), halfway(touch.standoff, touch.end)})
       EXPECT_NO_THROW(
-          EXPECT_EQ(check_touch_from(calibration(), plan(), next, from, {}).end, touch.end))
+          EXPECT_EQ(check_touch_from(calibration(), plan(), next, from, false).end, touch.end))
           << next;
   }
 }
@@ -125,6 +125,8 @@ TEST(TcpCheck, FindsAToolThatWasKnockedAndSaysByHowMuch) {
   EXPECT_EQ(check.change()->kind, ChangeKind::kTool);
   EXPECT_LT((check.shift_m - shift_m).norm(), 0.15e-3);
   EXPECT_GT(check.change()->probability, 0.9);
+  EXPECT_EQ(check.change()->shift_m, check.shift_m) << "one shift has one size";
+  EXPECT_NEAR(2.0 * check.change()->sigma, check.u_along_m(), 1e-12);
   EXPECT_NE(change_words(check).find("fastening"), std::string::npos);
 }
 

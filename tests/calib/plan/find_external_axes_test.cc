@@ -162,7 +162,7 @@ TEST(FindOnPositioner, AnAbandonedSearchIsNotLeftByItsMovesOnceThePositionerHasT
   const auto way_from = [&](std::vector<double> stands) {
     JointVector all = deep;
     all.insert(all.end(), stands.begin(), stands.end());
-    return way_out_of(*options.left, all);
+    return way_out_of(*options.left, all, false);
   };
   ASSERT_TRUE(way_from(kTurned));
   EXPECT_FALSE(way_from({0.35, -0.95}));

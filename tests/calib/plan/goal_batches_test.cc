@@ -5,6 +5,7 @@
 #include "calib/plan/positioner_plan.h"
 #include "calib/plan/touch_sequence.h"
 #include "tests/calib/positioner_session.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -29,7 +30,7 @@ struct BatchesDriven {
     GoalBatches batches(batches_cell().cell, options, goal, touches);
     JointVector from = waiting_posture(batches_cell().cell);
     std::vector<double> stands = {0.0, 0.0};
-    while (const auto touch = batches.next(from, stands)) {
+    while (const auto touch = batches.next(from, false, stands)) {
       const bool turned = touch->positioner_rad != stands;
       EXPECT_EQ(turned, !touch->wait.empty());
       turns += turned;
@@ -76,6 +77,26 @@ TEST(GoalBatches, GoOnFromTheTouchesOfAnInterruptedSessionUpToTheMostAllowed) {
                                 }));
   EXPECT_TRUE(driven.progress.missing.has_value());
   EXPECT_NE(why_ended(driven.progress, goal).find("goal 0.001 mm"), std::string::npos);
+}
+
+TEST(GoalBatches, InContactOffItsSearchesIsRefused) {
+  const Cell& cell = batches_cell().cell;
+  const auto& made = batches_cell().touches;
+  TouchSequenceOptions options;
+  options.goal = {.u95_m = 1e-6, .most_touches = 36};
+  const std::vector<double> stands(cell.robot.positioner.size(), 0.0);
+  const JointVector waits = waiting_posture(cell);
+  for (const bool in_contact : {false, true}) {
+    TouchSequence sequence(cell, options, {made.begin(), made.begin() + 30});
+    (void)sequence.next(waits, false, stands);  // the first batch is planned
+    if (!in_contact) {
+      EXPECT_TRUE(sequence.next(waits, false, stands));
+      continue;
+    }
+    const PlanError error =
+        testing::thrown<PlanError>([&] { (void)sequence.next(waits, true, stands); });
+    EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
+  }
 }
 
 }  // namespace

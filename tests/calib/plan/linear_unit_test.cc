@@ -41,7 +41,7 @@ TEST(LinearUnitPlan, LeavesAContactWhereTheUnitStandsAndTravelsAfterwards) {
   JointVector from = near.standoff;
   for (std::size_t i = 0; i < from.size(); ++i) from[i] += 0.55 * (near.end[i] - near.standoff[i]);
   from[0] += 0.002;
-  const PlannedTouch resumed = resume_plan(cell, plan, 2, from).touches[2];
+  const PlannedTouch resumed = resume_plan(cell, plan, 2, from, false).touches[2];
   ASSERT_GE(resumed.transit.size(), 2u);
   JointVector out = near.clear;
   out[0] = from[0];

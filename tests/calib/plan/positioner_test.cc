@@ -196,7 +196,7 @@ TEST(PositionerPlan, ResumedInContactTheArmLeavesItAndWaitsBeforeThePositionerTu
   const std::size_t next = first_turned();
   const PlannedTouch& last = planned().touches[next - 1];
   const Plan resumed = resume_plan(cell, planned(), next, part_way(last.standoff, last.end, 0.55),
-                                   last.positioner_rad);
+                                   true, last.positioner_rad);
   const PlannedTouch& touch = resumed.touches[next];
   ASSERT_GE(touch.wait.size(), 2u);
   EXPECT_EQ(touch.wait.front(), last.clear);
@@ -221,7 +221,8 @@ TEST(PositionerPlan, ResumedBetweenTwoSettingsItTurnsOnFromThere) {
   const PlannedTouch& touch = planned().touches[next];
   const std::vector<double> halfway =
       part_way(planned().touches[next - 1].positioner_rad, touch.positioner_rad, 0.5);
-  const Plan resumed = resume_plan(with_positioner(), planned(), next, planned().start, halfway);
+  const Plan resumed =
+      resume_plan(with_positioner(), planned(), next, planned().start, false, halfway);
   EXPECT_EQ(resumed.touches[next].wait_rad, halfway);
   EXPECT_EQ(resumed.touches[next].wait.back(), planned().start);
   EXPECT_EQ(resumed.touches[next].positioner_rad, touch.positioner_rad);
@@ -231,13 +232,13 @@ TEST(PositionerPlan, ResumedAtItsSettingItStaysAsItStands) {
   const std::size_t turned = first_turned();
   std::vector<double> stands = planned().touches[0].positioner_rad;
   stands[1] += 0.002;
-  const Plan resumed = resume_plan(with_positioner(), planned(), 0, planned().start, stands);
+  const Plan resumed = resume_plan(with_positioner(), planned(), 0, planned().start, false, stands);
   EXPECT_TRUE(resumed.touches[0].wait.empty());
   for (std::size_t k = 0; k < turned; ++k) EXPECT_EQ(resumed.touches[k].positioner_rad, stands);
   EXPECT_EQ(resumed.touches[turned].wait_rad, stands);
   EXPECT_EQ(resumed.touches[turned].positioner_rad, planned().touches[turned].positioner_rad);
   stands[1] += 0.002;
-  EXPECT_FALSE(resume_plan(with_positioner(), planned(), 0, planned().start, stands)
+  EXPECT_FALSE(resume_plan(with_positioner(), planned(), 0, planned().start, false, stands)
                    .touches[0]
                    .wait.empty());
 }
@@ -280,7 +281,7 @@ TEST(PositionerPlan, TheArmWaitsWhereNothingThatIsCarriedEverPasses) {
 }
 
 TEST(PositionerPlan, IsNotResumedWithoutThePositionersAngles) {
-  EXPECT_THROW(resume_plan(with_positioner(), planned(), 0, planned().start), PlanError);
+  EXPECT_THROW(resume_plan(with_positioner(), planned(), 0, planned().start, false), PlanError);
 }
 
 /// u95 predicted for a session, and the number of its touches.

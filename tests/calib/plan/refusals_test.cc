@@ -98,7 +98,8 @@ TEST(PlanRefusal, NamesTheJointWhoseSpeedTheRobotFileDoesNotState) {
   Cell cell = demo_cell();
   cell.robot.joints[3].max_speed_rad_s = 0.0;
   for (const PlanError& error : {refusal(cell), testing::thrown<PlanError>([&] {
-                                   (void)resume_plan(cell, sound_plan(), 0, sound_plan().start);
+                                   (void)resume_plan(cell, sound_plan(), 0, sound_plan().start,
+                                                     false);
                                  })}) {
     EXPECT_EQ(error.kind, PlanError::Kind::kCell) << error.what();
     EXPECT_EQ(error.joint, "A4");
@@ -191,7 +192,7 @@ TEST(Resume, FromTheClearPointOfTheLastTouchGoesOnAsPlanned) {
   for (std::size_t next = 1; next < sound_plan().touches.size(); ++next) {
     SCOPED_TRACE(next);
     const JointVector& from = sound_plan().touches[next - 1].clear;
-    const Plan resumed = resume_plan(demo_cell(), sound_plan(), next, from);
+    const Plan resumed = resume_plan(demo_cell(), sound_plan(), next, from, false);
     EXPECT_EQ(resumed.touches[next].transit.back(), sound_plan().touches[next].standoff);
     EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, resumed.touches[next].transit),
               kNearestResumedM);
@@ -212,7 +213,7 @@ TEST(Resume, FromTheSearchLineOfTheNextTouchFirstBacksOutOfIt) {
     const PlannedTouch& touch = sound_plan().touches[next];
     const JointVector from = between(touch.standoff, touch.end, 0.6);  // almost in contact
     ASSERT_LT(gap_m(demo_cell(), arm, from), 0.002);
-    const Plan resumed = resume_plan(demo_cell(), sound_plan(), next, from);
+    const Plan resumed = resume_plan(demo_cell(), sound_plan(), next, from, false);
     const auto& way = resumed.touches[next].transit;
     ASSERT_GE(way.size(), 2u);
     EXPECT_EQ(way.front(), touch.clear);
@@ -232,7 +233,7 @@ TEST(Resume, FromTheSearchLineOfTheTouchJustMadeFirstBacksOutOfIt) {
   for (const std::size_t next : {1u, 8u, 16u}) {
     const PlannedTouch& made = sound_plan().touches[next - 1];
     const Plan resumed =
-        resume_plan(demo_cell(), sound_plan(), next, between(made.standoff, made.end, 0.55));
+        resume_plan(demo_cell(), sound_plan(), next, between(made.standoff, made.end, 0.55), false);
     EXPECT_EQ(resumed.touches[next].transit.front(), made.clear);
     EXPECT_EQ(resumed.touches[next].transit.back(), sound_plan().touches[next].standoff);
   }
@@ -242,8 +243,8 @@ TEST(Resume, FromAForeignPostureNearASphereIsRefused) {
   // On the search line of an earlier touch, neither this one nor the last.
   const PlannedTouch& foreign = sound_plan().touches[10];
   const JointVector from = between(foreign.standoff, foreign.end, 0.5);
-  const PlanError error =
-      testing::thrown<PlanError>([&] { (void)resume_plan(demo_cell(), sound_plan(), 20, from); });
+  const PlanError error = testing::thrown<PlanError>(
+      [&] { (void)resume_plan(demo_cell(), sound_plan(), 20, from, false); });
   EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
 }
 
@@ -280,7 +281,7 @@ TEST(Resume, FromBesideTheSearchLineIsRefusedAndNotMovedAcrossTheSphere) {
       const auto from = beside(arm, touch, azimuth);
       if (!from || off_search_rad(touch, *from) > 0.02) continue;
       const PlanError error = testing::thrown<PlanError>(
-          [&] { (void)resume_plan(demo_cell(), sound_plan(), next, *from); });
+          [&] { (void)resume_plan(demo_cell(), sound_plan(), next, *from, false); });
       EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
       ++refused;
     }
@@ -294,22 +295,38 @@ TEST(Resume, FromASearchLineThatAnObstacleHasMovedBesideIsRefused) {
   const Eigen::Isometry3d pose = arm.nominal_tcp(touch.end);
   const Eigen::Vector3d flange = pose.translation() - pose.linear() * cell.tool.tcp.translation();
   cell.obstacles.push_back(box("fence", flange, {0.05, 0.05, 0.05}));
-  const PlanError error = testing::thrown<PlanError>(
-      [&] { (void)resume_plan(cell, sound_plan(), 7, between(touch.standoff, touch.end, 0.55)); });
+  const PlanError error = testing::thrown<PlanError>([&] {
+    (void)resume_plan(cell, sound_plan(), 7, between(touch.standoff, touch.end, 0.55), false);
+  });
   EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
+}
+
+TEST(Resume, InContactLeadsOutOfASearchAndIsRefusedElsewhere) {
+  const PlannedTouch& touch = sound_plan().touches[7];
+  const Plan resumed =
+      resume_plan(demo_cell(), sound_plan(), 7, between(touch.standoff, touch.end, 0.6), true);
+  EXPECT_EQ(resumed.touches[7].transit.front(), touch.clear);
+  // Free by the cell file, and on the way to the stand-off: the contact is with what no file states.
+  const JointVector& last = sound_plan().touches[6].clear;
+  for (const JointVector& from : {between(last, touch.transit.front(), 0.5), sound_plan().start}) {
+    const PlanError error = testing::thrown<PlanError>(
+        [&] { (void)resume_plan(demo_cell(), sound_plan(), 7, from, true); });
+    EXPECT_EQ(error.kind, PlanError::Kind::kArmStands);
+    expect_named(error, "Jog it free");
+  }
 }
 
 TEST(Resume, FromAFreePostureFarOffFindsAWay) {
   const ArmModel arm = nominal_arm(demo_cell());
   JointVector from = sound_plan().start;
   from[0] -= 0.3;
-  const Plan resumed = resume_plan(demo_cell(), sound_plan(), 12, from);
+  const Plan resumed = resume_plan(demo_cell(), sound_plan(), 12, from, false);
   EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, resumed.touches[12].transit), kNearestResumedM);
 }
 
 TEST(Resume, BeyondTheLastTouchLeavesThePlanAsItIs) {
-  const Plan resumed =
-      resume_plan(demo_cell(), sound_plan(), sound_plan().touches.size(), sound_plan().start);
+  const Plan resumed = resume_plan(demo_cell(), sound_plan(), sound_plan().touches.size(),
+                                   sound_plan().start, false);
   EXPECT_EQ(resumed.touches.size(), sound_plan().touches.size());
 }
 

@@ -21,31 +21,37 @@ const SearchUnderWay kLeft{
 TEST(SearchRetreat, LeadsFromAnywhereOnItToTheClearPointAndOut) {
   for (const JointVector& at : {JointVector{1.0, 0.0}, JointVector{1.0, 0.3}, JointVector{1.0, 0.4},
                                 JointVector{1.05, -0.1}, JointVector{1.0, 0.3 + kOnWayRad / 2}})
-    EXPECT_EQ(way_out_of(kLeft, at), kLeft.out) << at[0] << " " << at[1];
+    EXPECT_EQ(way_out_of(kLeft, at, false), kLeft.out) << at[0] << " " << at[1];
 }
 
 TEST(SearchRetreat, GoesOnToItFromTheWayThere) {
-  EXPECT_EQ(way_out_of(kLeft, {0.6, 0.0}),
+  EXPECT_EQ(way_out_of(kLeft, {0.6, 0.0}, false),
             (std::vector<JointVector>{{1.0, 0.0}, {1.1, -0.2}, {3.0, 3.0}}));
-  EXPECT_EQ(way_out_of(kLeft, {0.0, 0.0}),
+  EXPECT_EQ(way_out_of(kLeft, {0.0, 0.0}, false),
             (std::vector<JointVector>{{0.5, 0.0}, {1.0, 0.0}, {1.1, -0.2}, {3.0, 3.0}}));
+}
+
+TEST(SearchRetreat, LeadsOutOfAContactAlongTheSearchAlone) {
+  EXPECT_EQ(way_out_of(kLeft, {1.0, 0.3}, true), kLeft.out);
+  EXPECT_EQ(way_out_of(kLeft, {1.05, -0.1}, true), kLeft.out);
+  EXPECT_FALSE(way_out_of(kLeft, {0.6, 0.0}, true)) << "the way leads on to the search";
 }
 
 TEST(SearchRetreat, GoesOnWhereTheArmWasOnItsWayHome) {
   const SearchUnderWay home{"", {{0.0, 0.0}, {0.5, 0.0}, {1.0, 0.0}}, {}, {}};
-  EXPECT_EQ(way_out_of(home, {0.6, 0.0}), (std::vector<JointVector>{{1.0, 0.0}}));
+  EXPECT_EQ(way_out_of(home, {0.6, 0.0}, false), (std::vector<JointVector>{{1.0, 0.0}}));
 }
 
 TEST(SearchRetreat, IsNoneWhereTheArmIsElsewhereOrNoWayIsKnown) {
-  EXPECT_FALSE(way_out_of(kLeft, {1.0 - 2.0 * kOnWayRad, 0.3})) << "jogged aside";
-  EXPECT_FALSE(way_out_of(kLeft, {1.0, 0.4 + 2.0 * kOnWayRad})) << "jogged on";
-  EXPECT_FALSE(way_out_of(kLeft, {0.25, 0.1}));
-  EXPECT_FALSE(way_out_of(kLeft, {1.0})) << "another arm";
-  EXPECT_FALSE(way_out_of(kLeft, {1.0, std::numeric_limits<double>::quiet_NaN()}));
+  EXPECT_FALSE(way_out_of(kLeft, {1.0 - 2.0 * kOnWayRad, 0.3}, false)) << "jogged aside";
+  EXPECT_FALSE(way_out_of(kLeft, {1.0, 0.4 + 2.0 * kOnWayRad}, false)) << "jogged on";
+  EXPECT_FALSE(way_out_of(kLeft, {0.25, 0.1}, false));
+  EXPECT_FALSE(way_out_of(kLeft, {1.0}, false)) << "another arm";
+  EXPECT_FALSE(way_out_of(kLeft, {1.0, std::numeric_limits<double>::quiet_NaN()}, false));
   SearchUnderWay none = kLeft;
   none.out.clear();
-  EXPECT_FALSE(way_out_of(none, {1.0, 0.3}));
-  EXPECT_FALSE(way_out_of({}, {1.0, 0.3}));
+  EXPECT_FALSE(way_out_of(none, {1.0, 0.3}, false));
+  EXPECT_FALSE(way_out_of({}, {1.0, 0.3}, false));
 }
 
 /// Another session with the same cell file: the moves to its first search; empty if refused.

@@ -314,7 +314,7 @@ Tasks line_tasks(std::size_t touches) {
   tasks.plan = [touches] {
     return Tasks::Planned{line_plan(touches), "hash of " + std::to_string(touches)};
   };
-  tasks.route = [](const calib::Plan& plan, std::size_t, const calib::JointVector&) {
+  tasks.route = [](const calib::Plan& plan, const FindRoute&, const calib::JointVector&) {
     return plan;
   };
   tasks.assess = [](const std::vector<calib::Touch>& made) -> Tasks::Assessed {

@@ -198,7 +198,7 @@ TEST(AFailingWorker, EndsTheSessionWithItsWords) {
   EXPECT_EQ(plan.backend.world.opened, 0);
 
   Session route;
-  route.tasks.route = [&](const calib::Plan& p, std::size_t, const calib::JointVector&) {
+  route.tasks.route = [&](const calib::Plan& p, const FindRoute&, const calib::JointVector&) {
     fail("no clear way, jog the arm");
     return p;
   };

@@ -31,8 +31,9 @@ TEST(AResumedSession, AsksForAWayFromWhereTheArmStands) {
   session.backend.world.at_rad = 0.1234;
   std::size_t next = 99;
   calib::JointVector from;
-  session.tasks.route = [&](const calib::Plan& plan, std::size_t n, const calib::JointVector& f) {
-    next = n;
+  session.tasks.route = [&](const calib::Plan& plan, const FindRoute& how,
+                            const calib::JointVector& f) {
+    next = how.next;
     from = f;
     return plan;
   };
@@ -74,7 +75,8 @@ TEST(AResumedSession, ThatStandsInContactLeavesItAndProvesTheSensorFirst) {
 TEST(AResumedSession, ArmsAtOnceWhenTheWayOutOfContactEndsAtTheStandOff) {
   Session session({.contact_closed = true}, 1);
   session.start.resumed = true;
-  session.tasks.route = [](calib::Plan plan, std::size_t, const calib::JointVector&) {
+  session.tasks.route = [](calib::Plan plan, const FindRoute& how, const calib::JointVector&) {
+    EXPECT_TRUE(how.in_contact);
     plan.touches[0].transit = {plan.touches[0].standoff};
     return plan;
   };

@@ -86,7 +86,7 @@ TEST(APlannedRound, OffersNothingOfWhatTheControllersSessionDoesNotReach) {
   round.add(first);
   // The start of the session is known once the first touch is offered; it is not made in this test.
   try {
-    round.offer(first.start);
+    round.offer(first.start, false);
   } catch (
       const calib::PlanError&) {  // a touch of nowhere has no path: only the session start matters
   }

@@ -318,6 +318,9 @@ TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
   EXPECT_EQ(walk.timeout_s(), std::chrono::duration<double>(Timeouts{}.proving).count());
   walk.on(EventKind::kLinks, touching(true));
   EXPECT_EQ(walk.state.phase, Phase::kProving);
+  walk.on(EventKind::kLinks, [](Event& event) { links(event).self_test_ok = false; });
+  EXPECT_EQ(walk.state.phase, Phase::kProving) << "the test still runs";
+  EXPECT_EQ(walk.find<BeginMove>(), nullptr);
   walk.on(EventKind::kLinks);
   expect_move(walk, MoveKind::kTransit, 0.10, 0.0, kWaypointS);
   // If the first waypoint is the stand-off, it is armed there.
@@ -344,6 +347,26 @@ TEST(AWalk, ResumedInContactLeavesItFirstAndLetsTheSensorProveItself) {
   closed.on(EventKind::kLinks, touching(true));
   closed.on(EventKind::kRouted);
   EXPECT_EQ(closed.state.failure->kind, FailureKind::kContactClosed);
+}
+
+TEST(ASession, ThatWasNotResumedLeavesAContactOfAnEarlierSearchAndNoneOnTheWayThere) {
+  const auto begun_at = [](double at_rad) {
+    Walk walk;
+    walk.state.left = std::make_shared<const calib::SearchUnderWay>(
+        calib::SearchUnderWay{"S1", {{0.0}, {1.0}}, {1.2}, {{0.9}, {0.0}}});
+    walk.on(EventKind::kRun);
+    walk.on(EventKind::kPlanned);
+    walk.on(EventKind::kLinks, [&](Event& event) {
+      links(event).contact = drivers::ContactLink::kIdentifying;
+      links(event).in_contact = links(event).can_guard_retreat = true;
+      links(event).actual_rad = {at_rad};
+    });
+    return walk.state;
+  };
+  EXPECT_EQ(begun_at(1.1).phase, Phase::kReferencing);
+  const State refused = begun_at(0.5);
+  ASSERT_TRUE(refused.failure);
+  EXPECT_EQ(refused.failure->kind, FailureKind::kContactClosed);
 }
 
 TEST(AnArming, OutlivesItsSearchWithinWhatTheWireCanSay) {

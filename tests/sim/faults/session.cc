@@ -23,11 +23,13 @@ constexpr double kTurnRad = 0.5;  // least, between the touches
 daemon::Tasks tasks_of(const Job& job) {
   daemon::Tasks tasks;
   tasks.plan = [&job] { return daemon::Tasks::Planned{job.plan, job.plan_hash, {}}; };
-  tasks.route = [&job](const calib::Plan& plan, std::size_t next, const calib::JointVector& from) {
+  tasks.route = [&job](const calib::Plan& plan, const daemon::FindRoute& how,
+                       const calib::JointVector& from) {
     // Planned from the emulated arm's position at power on: the path is the plan's own.
-    if (next == 0 && from == plan.start) return plan;
+    if (how.next == 0 && from == plan.start && !how.in_contact) return plan;
     const auto arm_end = from.begin() + static_cast<std::ptrdiff_t>(job.cell.robot.joints.size());
-    return calib::resume_plan(job.cell, plan, next, {from.begin(), arm_end}, {arm_end, from.end()});
+    return calib::resume_plan(job.cell, plan, how.next, {from.begin(), arm_end}, how.in_contact,
+                              {arm_end, from.end()});
   };
   tasks.assess = [](const std::vector<calib::Touch>&) { return daemon::Tasks::Assessed{}; };
   tasks.identify = [](const std::vector<calib::Touch>&) { return daemon::SessionResult{}; };
