@@ -35,31 +35,32 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
 int touches_by_trend(const std::vector<std::pair<int, double>>& bounds, double goal_m, int most);
 
 // Predicts the contacts of planned touches from those made so far: for starting a search near the
-// surface, and for deciding whether one contact is sufficient.
+// surface, and for deciding whether one contact is sufficient. Certified lengths and centres are not used: with
+// a wrong one the estimate would be wrong where the arm goes next, and the touches need none.
 
 class ContactForecast {
  public:
-  explicit ContactForecast(Cell cell) : cell_(std::move(cell)) {}
+  explicit ContactForecast(Cell cell);
 
   /// Includes those of `touches` not yet included, fit touches only. While they do not determine an
   /// estimate, nothing is predicted, and they are retried with the next touches.
   void learn(std::span<const Touch> touches);
   /// One entry per touch of the plan. Unknown for touches before `next`, and for a target with
-  /// fewer than four touches.
+  /// fewer than four touches, or of which the estimate leaves out the newest or two of four.
   std::vector<ExpectedContact> of(const Plan& plan, std::size_t next) const;
 
  private:
   void take(const Touch& touch);
   void begin();
   std::ptrdiff_t made(const std::string& target) const;
+  bool doubts(const std::string& target) const;
   double misfit() const;
 
   Cell cell_;
   std::size_t learnt_ = 0;
   std::vector<Touch> fit_;
   std::optional<IncrementalEstimate> running_;
-  double off_squares_ = 0.0;  ///< of touches before their inclusion, in sigmas
-  int off_count_ = 0;
+  std::vector<double> off_sigmas_;  ///< of touches before their inclusion
 };
 
 }  // namespace cellcal::calib
