@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -156,7 +157,7 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
   return causes;
 }
 
-bool Trial::makes_sense() const { return misfit() < kSense && worst < kFarStated; }
+bool Trial::makes_sense() const { return misfit() < kSense && worst < kFarStated && !torn; }
 
 std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& touches,
                                  const IdentifyOptions& options, bool richer) {
@@ -176,6 +177,7 @@ Trial fit_hypothesis(const Cell& cell, const std::vector<Touch>& touches) {
   trial.sum = 0.0;
   trial.rows = 0;
   std::vector<double> off;
+  std::map<std::string, int> far;  // far ones less the others, per target
   for (const TouchResidual& r : trial.found->residuals) {
     const Touch& touch = touches[r.touch];
     if (touch.set != TouchSet::kFit) continue;
@@ -183,9 +185,11 @@ Trial fit_hypothesis(const Cell& cell, const std::vector<Touch>& touches) {
     const TargetKind kind = cell.targets[cell.target_index(touch.target)].kind;
     const int rows = kind == TargetKind::kPoint || kind == TargetKind::kTracker ? 3 : 1;
     off.push_back(std::abs(r.after_m) / sigma);
+    far[touch.target] += off.back() > kMostSigmas ? 1 : -1;
     trial.sum += std::min(off.back() * off.back(), kMostSigmas * kMostSigmas);  // (63)
     trial.rows += rows;
   }
+  trial.torn = std::ranges::any_of(far, [](const auto& target) { return target.second > 0; });
   trial.scatter = median(std::move(off)) / kNormalMedian;
   const auto add_stated = [&](double sigmas) {
     trial.sum += sigmas * sigmas;

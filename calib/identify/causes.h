@@ -44,6 +44,7 @@ struct Trial {
   double sum = std::numeric_limits<double>::infinity();
   int rows = 1;        ///< one per touch, three for points and trackers
   double worst = 0.0;  ///< largest of a single tolerance or certified length
+  bool torn = false;   ///< most touches of a target are far off
   /// Median residual of the touches over that of the stated noise.
   double scatter = std::numeric_limits<double>::infinity();
   std::optional<Calibration> found;

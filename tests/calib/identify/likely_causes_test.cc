@@ -399,6 +399,22 @@ TEST(Diagnosis, AWrongCertifiedLengthIsNamedWithWhatItShouldBe) {
   EXPECT_GT(contradictions, 0);
 }
 
+TEST(Diagnosis, AWrongLengthIsNamedWhereItMakesAllTouchesOfASphereOutliers) {
+  for (const std::size_t few : {5u, 7u}) {
+    SCOPED_TRACE(few);
+    Cell cell = demo_cell();
+    CertifiedLength& wrong = cell.lengths[1];
+    std::vector<Touch> touches = good_touches();
+    std::size_t seen = 0;
+    std::erase_if(touches, [&](const Touch& touch) {
+      return touch.target == wrong.from && touch.set == TouchSet::kFit && ++seen > few;
+    });
+    wrong.length_m += 3e-3;
+    const Finding finding = expect_cause(cell, touches, LikelyCause::kCertifiedLength, wrong.from);
+    EXPECT_EQ(finding.about.other_end, wrong.to);
+  }
+}
+
 TEST(Diagnosis, ATenthOfAMillimetreInALengthShowsAmongManyTouches) {
   const auto many =
       make_touches(demo_cell(), testing::plain_truth(demo_cell(), 7), {.fit = 400, .check = 16});
