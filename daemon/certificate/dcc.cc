@@ -6,6 +6,8 @@
 #include <pugixml.hpp>
 #include <sstream>
 
+#include "calib/model/enum_table.h"
+#include "calib/model/parameter_key.h"
 #include "daemon/certificate/certificate.h"
 
 namespace cellcal::daemon::certificate {
@@ -13,6 +15,7 @@ namespace cellcal::daemon::certificate {
 namespace {
 
 using Node = pugi::xml_node;
+using Json = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "3.1.2";
 /// Required by the schema where the journal and the cell file have nothing.
@@ -74,10 +77,6 @@ calib::Phrase or_not_stated(const Entry& entry) {
 /// Text of monolingual elements.
 std::string text_or_not_stated(const Entry& entry) { return words(or_not_stated(entry)); }
 
-calib::Phrase said_of(const Said& one) {
-  return one.phrase.empty() ? calib::Phrase(one.entry.text) : one.phrase;
-}
-
 void add_contact(Node parent, const char* name, const Entry& who, const Entry& where) {
   Node contact = parent.append_child(name);
   add_text(contact, "dcc:name", or_not_stated(who));
@@ -92,12 +91,25 @@ void add_software(Node parent, const char* list, const Entry& release) {
   add(software, "dcc:type", "application");
 }
 
-void add_identification(Node list, const char* issuer, const char* name, const Entry& value) {
-  if (!value.stated()) return;
-  Node one = list.append_child("dcc:identification");
-  add(one, "dcc:issuer", issuer);
-  add(one, "dcc:value", value.text);
-  add_text(one, "dcc:name", name);
+bool is_stated(const Json& of, const char* key) {
+  return of.contains(key) && entry_at(of, key).stated();
+}
+
+struct Identification {
+  const char *issuer, *name, *key;
+};
+
+/// Of entries that are stated.
+Node add_identifications(Node parent, const Json& of, std::initializer_list<Identification> all) {
+  Node list = parent.append_child("dcc:identifications");
+  for (const auto& [issuer, name, key] : all) {
+    if (!is_stated(of, key)) continue;
+    Node one = list.append_child("dcc:identification");
+    add(one, "dcc:issuer", issuer);
+    add(one, "dcc:value", entry_at(of, key).text);
+    add_text(one, "dcc:name", name);
+  }
+  return list;
 }
 
 /// A number with its unit and, if stated, its expanded uncertainty; text where it is no number.
@@ -135,13 +147,13 @@ void add_core_data(const CertificateData& d, Node administrative) {
   for (const calib::Language& language : languages())
     add(core, "dcc:usedLangCodeISO639_1", language.code());
   add(core, "dcc:mandatoryLangCodeISO639_1", "en");
-  add(core, "dcc:uniqueIdentifier", d.number.text);
-  Node identifications = core.append_child("dcc:identifications");
-  add_identification(identifications, "calibrationLaboratory", "say.dcc.session", d.session);
-  add_identification(identifications, "owner", "say.dcc.cell", d.cell);
-  add_identification(identifications, "calibrationLaboratory", "say.dcc.sum", d.calibration_sha256);
-  add(core, "dcc:beginPerformanceDate", day_of(d.began));
-  add(core, "dcc:endPerformanceDate", day_of(d.ended));
+  add(core, "dcc:uniqueIdentifier", d.entry("number").text);
+  add_identifications(core, d.content,
+                      {{"calibrationLaboratory", "say.dcc.session", "session"},
+                       {"owner", "say.dcc.cell", "cell"},
+                       {"calibrationLaboratory", "say.dcc.sum", "calibration_sha256"}});
+  add(core, "dcc:beginPerformanceDate", day_of(d.entry("began")));
+  add(core, "dcc:endPerformanceDate", day_of(d.entry("ended")));
   add(core, "dcc:performanceLocation", "customer");
 }
 
@@ -149,15 +161,17 @@ void add_items(const CertificateData& d, Node administrative) {
   Node item = administrative.append_child("dcc:items").append_child("dcc:item");
   add_text(item, "dcc:name", "say.dcc.item");
   add_text(item.append_child("dcc:manufacturer"), "dcc:name", kNotStated);
-  add(item, "dcc:model", text_or_not_stated(d.robot));
-  Node identifications = item.append_child("dcc:identifications");
-  add_identification(identifications, "manufacturer", "say.dcc.robot_serial", d.robot_serial);
-  add_identification(identifications, "manufacturer", "say.dcc.controller_serial",
-                     d.controller_serial);
-  add_identification(identifications, "owner", "say.dcc.tool", d.tool);
-  add_identification(identifications, "owner", "say.dcc.cell", d.cell);
-  if (!identifications.first_child())
-    add_identification(identifications, "calibrationLaboratory", "say.dcc.certificate", d.number);
+  add(item, "dcc:model", text_or_not_stated(d.entry("robot")));
+  const Node identifications =
+      add_identifications(item, d.content,
+                          {{"manufacturer", "say.dcc.robot_serial", "robot_serial"},
+                           {"manufacturer", "say.dcc.controller_serial", "controller_serial"},
+                           {"owner", "say.dcc.tool", "tool"},
+                           {"owner", "say.dcc.cell", "cell"}});
+  if (identifications.first_child()) return;
+  item.remove_child(identifications);
+  add_identifications(item, d.content,
+                      {{"calibrationLaboratory", "say.dcc.certificate", "number"}});
 }
 
 void add_statement(Node statements, const calib::Phrase& text) {
@@ -167,57 +181,40 @@ void add_statement(Node statements, const calib::Phrase& text) {
 /// Decision rule, scope, remarks, and what limits the result.
 void add_statements(const CertificateData& d, Node administrative) {
   Node statements = administrative.append_child("dcc:statements");
-  add_statement(statements, d.workspace ? "say.dcc.scope.workspace" : "say.dcc.scope.near");
-  if (d.emulated.stated()) add_statement(statements, "say.dcc.emulated");
-  if (d.decision.stated) {
+  add_statement(statements, d.content.at("scope") == "workspace" ? "say.dcc.scope.workspace"
+                                                                 : "say.dcc.scope.near");
+  if (!d.content.at("emulated").is_null()) add_statement(statements, "say.dcc.emulated");
+  if (const Json& decision = d.content.at("decision"); !decision.is_null()) {
     Node rule = statements.append_child("dcc:statement");
     add(rule, "dcc:convention", "simple acceptance");
     add_text(rule, "dcc:declaration",
-             d.decision.by_cell_file ? "say.dcc.limit.cell_file" : "say.dcc.limit.default");
+             decision.at("limit_by") == "cell file" ? "say.dcc.limit.cell_file"
+                                                    : "say.dcc.limit.default");
     add(rule, "dcc:conformity", "pass");
     Node data = rule.append_child("dcc:data");
-    add_quantity(data, "say.dcc.predicted", d.decision.predicted);
-    add_quantity(data, "say.dcc.permitted", d.decision.required);
+    add_quantity(data, "say.dcc.predicted", decision.at("predicted"));
+    add_quantity(data, "say.dcc.permitted", decision.at("required"));
   }
-  for (const Said& one : d.directions)
-    add_statement(statements, {"say.dcc.not_identifiable", {{"words", said_of(one)}}});
-  for (const Said& one : d.remarks) add_statement(statements, said_of(one));
+  for (const Json& one : d.content.at("not_identifiable"))
+    add_statement(statements, {"say.dcc.not_identifiable", {{"words", d.phrase(one.at("text"))}}});
+  for (const Json& one : d.content.at("remarks"))
+    add_statement(statements, d.phrase(one.at("text")));
 }
 
 void add_administrative(const CertificateData& d, Node root) {
   Node administrative = root.append_child("dcc:administrativeData");
-  add_software(administrative, "dcc:dccSoftware", d.issuing_software);
+  const Entry issuer = d.entry("issued_by"), site = d.entry("site");
+  add_software(administrative, "dcc:dccSoftware", d.entry("issuing_software"));
   add_core_data(d, administrative);
   add_items(d, administrative);
-  add_contact(administrative.append_child("dcc:calibrationLaboratory"), "dcc:contact", d.issued_by,
-              d.site);
+  add_contact(administrative.append_child("dcc:calibrationLaboratory"), "dcc:contact", issuer,
+              site);
   Node person = administrative.append_child("dcc:respPersons").append_child("dcc:respPerson");
   add_text(person.append_child("dcc:person"), "dcc:name",
-           or_not_stated(d.operator_name.stated() ? d.operator_name : d.issued_by));
+           or_not_stated(is_stated(d.content, "operator") ? d.entry("operator") : issuer));
   add(person, "dcc:mainSigner", "true");
-  add_contact(administrative, "dcc:customer", d.site, d.site);
+  add_contact(administrative, "dcc:customer", site, site);
   add_statements(d, administrative);
-}
-
-Node add_equipment(Node list, const calib::Phrase& name, const Entry& serial,
-                   const Entry& certificate, const Entry& date) {
-  Node one = list.append_child("dcc:measuringEquipment");
-  add_text(one, "dcc:name", name);
-  if (!serial.stated() && !certificate.stated()) return one;
-  Node identifications = one.append_child("dcc:identifications");
-  add_identification(identifications, "manufacturer", "say.dcc.serial", serial);
-  add_identification(identifications, "other", "say.dcc.certificate", certificate);
-  add_identification(identifications, "other", "say.dcc.certificate_date", date);
-  return one;
-}
-
-void add_equipment_quantity(Node equipment, const char* name, const Entry& value,
-                            const Entry& expanded) {
-  if (!value.stated()) return;
-  Node quantity = equipment.append_child("dcc:measuringEquipmentQuantities")
-                      .append_child("dcc:measuringEquipmentQuantity");
-  add_text(quantity, "dcc:name", name);
-  add_value(quantity, value, expanded);
 }
 
 /// Kind of the cell file as a word of the language.
@@ -226,32 +223,54 @@ calib::Phrase kind_of(const Entry& kind) {
   return calib::sentence_of(id) ? calib::Phrase(id) : or_not_stated(kind);
 }
 
+calib::Phrase of_ends(const char* id, const Json& length) {
+  return {
+      id,
+      {{"from", entry_at(length, "between/0").text}, {"to", entry_at(length, "between/1").text}}};
+}
+
+/// With the certified value at `key`.
+void add_certified(Node list, const calib::Phrase& name, const Json& of, const char* quantity_name,
+                   const char* key) {
+  Node one = list.append_child("dcc:measuringEquipment");
+  add_text(one, "dcc:name", name);
+  if (is_stated(of, "serial") || is_stated(of, "certificate"))
+    add_identifications(one, of,
+                        {{"manufacturer", "say.dcc.serial", "serial"},
+                         {"other", "say.dcc.certificate", "certificate"},
+                         {"other", "say.dcc.certificate_date", "certificate_date"}});
+  if (!is_stated(of, key)) return;
+  Node quantity = one.append_child("dcc:measuringEquipmentQuantities")
+                      .append_child("dcc:measuringEquipmentQuantity");
+  add_text(quantity, "dcc:name", quantity_name);
+  add_value(quantity, of.at(key), of.at("expanded"));
+}
+
 void add_equipments(const CertificateData& d, Node result) {
   Node list = result.append_child("dcc:measuringEquipments");
-  for (const Artefact& one : d.artefacts)
-    add_equipment_quantity(
-        add_equipment(list,
-                      {"say.dcc.artefact", {{"kind", kind_of(one.kind)}, {"name", one.id.text}}},
-                      one.serial, one.certificate, one.date),
-        "say.dcc.diameter", one.diameter, one.expanded);
-  for (const Length& one : d.lengths)
-    add_equipment_quantity(
-        add_equipment(list, {"say.dcc.length", {{"from", one.from.text}, {"to", one.to.text}}}, {},
-                      one.certificate, one.date),
-        "say.dcc.distance", one.length, one.expanded);
-  if (d.sensor.stated() || d.artefacts.empty())
-    add_equipment(list, {"say.dcc.sensor", {{"name", or_not_stated(d.sensor)}}}, d.sensor_serial,
-                  {}, {});
+  const Json& artefacts = d.content.at("artefacts");
+  for (const Json& one : artefacts)
+    add_certified(list,
+                  {"say.dcc.artefact",
+                   {{"kind", kind_of(one.at("kind"))}, {"name", entry_at(one, "id").text}}},
+                  one, "say.dcc.diameter", "diameter");
+  for (const Json& one : d.content.at("lengths"))
+    add_certified(list, of_ends("say.dcc.length", one), one, "say.dcc.distance", "length");
+  if (!is_stated(d.content, "sensor") && !artefacts.empty()) return;
+  Node sensor = list.append_child("dcc:measuringEquipment");
+  add_text(sensor, "dcc:name", {"say.dcc.sensor", {{"name", or_not_stated(d.entry("sensor"))}}});
+  if (is_stated(d.content, "sensor_serial"))
+    add_identifications(sensor, d.content, {{"manufacturer", "say.dcc.serial", "sensor_serial"}});
 }
 
 void add_conditions(const CertificateData& d, Node result) {
-  if (!d.lowest_c.stated()) return;
+  if (!is_stated(d.content, "lowest_temperature")) return;
   Node condition =
       result.append_child("dcc:influenceConditions").append_child("dcc:influenceCondition");
   add_text(condition, "dcc:name", "say.dcc.temperature");
   Node data = condition.append_child("dcc:data");
-  add_quantity(data, "say.dcc.lowest", d.lowest_c);
-  add_quantity(data, "say.dcc.highest", d.highest_c);
+  add_quantity(data, "say.dcc.lowest", d.entry("lowest_temperature"));
+  add_quantity(data, "say.dcc.highest", d.entry("highest_temperature"));
 }
 
 Node add_result(Node results, const char* name) {
@@ -260,11 +279,12 @@ Node add_result(Node results, const char* name) {
   return result.append_child("dcc:data");
 }
 
-void add_figures(const CertificateData& d, Node results, const char* name, Entry Figure::*of) {
-  if (std::ranges::none_of(d.figures, [of](const Figure& one) { return (one.*of).stated(); }))
-    return;
+/// `key`: "as_found" or "as_left".
+void add_figures(const CertificateData& d, Node results, const char* name, const char* key) {
+  const Json& figures = d.content.at("figures");
+  if (std::ranges::none_of(figures, [&](const Json& one) { return is_stated(one, key); })) return;
   Node data = add_result(results, name);
-  for (const Figure& one : d.figures) add_quantity(data, one.what, one.*of);
+  for (const Json& one : figures) add_quantity(data, d.phrase(one.at("what")), one.at(key));
 }
 
 constexpr std::array kPointIds{"say.dcc.positioner.x", "say.dcc.positioner.y",
@@ -272,39 +292,35 @@ constexpr std::array kPointIds{"say.dcc.positioner.x", "say.dcc.positioner.y",
     kDirectionIds{"say.dcc.positioner.direction_x", "say.dcc.positioner.direction_y",
                   "say.dcc.positioner.direction_z"};
 
-void add_three(Node data, const std::array<const char*, 3>& ids, const Entry& axis,
-               const std::array<Entry, 3>& values) {
-  for (std::size_t k = 0; k < values.size(); ++k)
-    add_quantity(data, {ids[k], {{"axis", axis.text}}}, values[k]);
+void add_three(Node data, const std::array<const char*, 3>& ids, const std::string& axis,
+               const Json& values) {
+  for (std::size_t k = 0; k < ids.size(); ++k)
+    add_quantity(data, {ids[k], {{"axis", axis}}}, values.at(k));
 }
 
 /// Bounds are of distances and angles across the axis, not of components.
-void add_positioner(const CertificateData& d, Node data) {
-  for (const PositionerAxis& one : d.positioner) {
-    const auto add_one = [&](const char* id, const Entry& value) {
-      add_quantity(data, {id, {{"axis", one.name.text}}}, value);
-    };
-    add_three(data, kPointIds, one.name, one.xyz);
-    add_three(data, kDirectionIds, one.name, one.along);
-    add_one("say.dcc.positioner.place", one.place);
-    add_one("say.dcc.positioner.direction", one.direction);
+void add_positioner(const Json& axes, Node data) {
+  for (const Json& one : axes) {
+    const std::string axis = entry_at(one, "axis").text;
+    add_three(data, kPointIds, axis, one.at("xyz"));
+    add_three(data, kDirectionIds, axis, one.at("direction"));
+    add_quantity(data, {"say.dcc.positioner.place", {{"axis", axis}}}, one.at("place_u95"));
+    add_quantity(data, {"say.dcc.positioner.direction", {{"axis", axis}}}, one.at("direction_u95"));
   }
 }
 
-void add_linear_unit(const LinearUnit& unit, Node data) {
-  const auto add_one = [&](const char* id, const Entry& value, const Entry& bound = {}) {
-    add_quantity(data, {id, {{"axis", unit.name.text}}}, value, bound);
-  };
-  add_three(data, kDirectionIds, unit.name, unit.along);
-  add_one("say.dcc.positioner.direction", unit.direction);
-  add_one("say.dcc.linear_unit.scale", unit.scale, unit.scale_u95);
-  constexpr const char* kMotions[] = {"along", "across", "above", "roll", "pitch", "yaw"};
-  for (const LinearUnit::Row& row : unit.rows)
-    for (std::size_t k = 0; k < row.motion.size(); ++k)
+void add_linear_unit(const Json& unit, Node data) {
+  const std::string axis = entry_at(unit, "axis").text;
+  add_three(data, kDirectionIds, axis, unit.at("direction"));
+  add_quantity(data, {"say.dcc.positioner.direction", {{"axis", axis}}}, unit.at("direction_u95"));
+  add_quantity(data, {"say.dcc.linear_unit.scale", {{"axis", axis}}}, unit.at("scale"),
+               unit.at("scale_u95"));
+  for (const Json& place : unit.at("at"))
+    for (int k = 0; k < calib::kGuideMotions; ++k)
       add_quantity(data,
-                   {std::string("say.dcc.linear_unit.") + kMotions[k],
-                    {{"axis", unit.name.text}, {"at", row.position.text}}},
-                   row.motion[k], row.u95[k]);
+                   {std::string("say.dcc.linear_unit.") + own_name(calib::GuideMotion{k}),
+                    {{"axis", axis}, {"at", entry_at(place, "position").text}}},
+                   place.at("motion").at(k), place.at("u95").at(k));
 }
 
 void add_measurement(const CertificateData& d, Node root) {
@@ -312,31 +328,35 @@ void add_measurement(const CertificateData& d, Node root) {
   add_text(result, "dcc:name", "say.dcc.result");
   Node method = result.append_child("dcc:usedMethods").append_child("dcc:usedMethod");
   add_text(method, "dcc:name", "say.dcc.method");
-  add_text(method, "dcc:description",
-           d.method_said.empty() ? or_not_stated(d.method) : d.method_said);
-  add_software(result, "dcc:usedSoftware", d.software);
+  const calib::Phrase description = d.phrase(d.entry("method").text);
+  add_text(method, "dcc:description", description.empty() ? kNotStated : description);
+  add_software(result, "dcc:usedSoftware", d.entry("software"));
   add_equipments(d, result);
   add_conditions(d, result);
   Node results = result.append_child("dcc:results");
-  add_figures(d, results, "say.certificate.as_found", &Figure::found);
-  add_figures(d, results, "say.certificate.as_left", &Figure::left);
-  if (!d.length_checks.empty()) {
-    Node checks = add_result(results, "say.dcc.scale");
-    for (const LengthCheck& one : d.length_checks)
-      add_quantity(checks, {"say.dcc.between", {{"from", one.from.text}, {"to", one.to.text}}},
-                   one.deviation, one.deviation_expanded);
+  add_figures(d, results, "say.certificate.as_found", "as_found");
+  add_figures(d, results, "say.certificate.as_left", "as_left");
+  const Json &checks = d.content.at("length_checks"), &budget = d.content.at("uncertainty_budget");
+  if (!checks.empty()) {
+    Node data = add_result(results, "say.dcc.scale");
+    for (const Json& one : checks)
+      add_quantity(data, of_ends("say.dcc.between", one), one.at("deviation"),
+                   one.at("deviation_expanded"));
   }
-  if (!d.budget.empty()) {
-    Node budget = add_result(results, "say.dcc.budget");
-    for (const BudgetLine& one : d.budget) add_quantity(budget, one.source, one.contribution);
-    add_quantity(budget, "say.dcc.combined", d.standard);
+  if (!budget.at("lines").empty()) {
+    Node data = add_result(results, "say.dcc.budget");
+    for (const Json& one : budget.at("lines"))
+      add_quantity(data, d.phrase(one.at("source")), one.at("contribution"));
+    add_quantity(data, "say.dcc.combined", budget.at("standard"));
   }
-  if (!d.positioner.empty()) add_positioner(d, add_result(results, "say.report.positioner"));
-  if (d.linear_unit) add_linear_unit(*d.linear_unit, add_result(results, "say.report.linear_unit"));
+  if (d.content.contains("positioner"))
+    add_positioner(d.content.at("positioner"), add_result(results, "say.report.positioner"));
+  if (d.content.contains("linear_unit"))
+    add_linear_unit(d.content.at("linear_unit"), add_result(results, "say.report.linear_unit"));
   Node data = add_result(results, "say.dcc.corrections");
-  add_quantity(data, "say.dcc.touches", d.touches);
-  for (const Parameter& one : d.parameters)
-    add_quantity(data, one.name.text, one.correction, one.expanded);
+  add_quantity(data, "say.dcc.touches", d.entry("touches"));
+  for (const Json& one : d.content.at("parameters"))
+    add_quantity(data, entry_at(one, "name").text, one.at("correction"), one.at("expanded"));
 }
 
 }  // namespace

@@ -1,3 +1,5 @@
+#include "daemon/certificate/sources.h"
+
 #include <fmt/format.h>
 #include <time.h>
 
@@ -7,7 +9,6 @@
 #include "calib/files/input_file.h"
 #include "calib/files/toml.h"
 #include "calib/model/iso_time.h"
-#include "daemon/certificate/certificate.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/journal/rows.h"
 #include "daemon/report/plan_picture.h"
@@ -53,46 +54,54 @@ std::optional<calib::Calibration> earlier_of(const std::optional<Compared>& comp
 
 }  // namespace
 
-const json* Sources::at(const std::string& source, const std::string& pointer) const {
-  const json& whole = source == "cell"    ? cell_json
-                      : source == "robot" ? robot_json
-                                          : calibration_json;
-  const json::json_pointer where(pointer);
+const json* Sources::at(const std::string& from) const {
+  const json& whole = from.starts_with("cell#")    ? cell_json
+                      : from.starts_with("robot#") ? robot_json
+                                                   : calibration_json;
+  const json::json_pointer where(from.substr(from.find('#') + 1));
   return whole.contains(where) ? &whole.at(where) : nullptr;
 }
 
-Entry Sources::text(const std::string& source, const std::string& pointer) const {
-  const json* found = at(source, pointer);
-  const std::string from = source + "#" + pointer;
+Entry Sources::text(const std::string& from) const {
+  const json* found = at(from);
   if (found == nullptr) return {"", from};
   if (found->is_string()) return {found->get<std::string>(), from};
   if (found->is_number_integer()) return {found->dump(), from, found->get<double>()};
   return {"", from};
 }
 
-Entry Sources::number(const std::string& source, const std::string& pointer,
-                      const std::string& unit, int decimals) const {
-  const json* found = at(source, pointer);
-  const std::string from = source + "#" + pointer;
+Entry Sources::number(const std::string& from, const std::string& unit, int decimals) const {
+  const json* found = at(from);
   if (found == nullptr || !found->is_number()) return {"", from};
   return figure(found->get<double>(), unit, decimals, from);
 }
 
-Entry Sources::expanded(const std::string& source, const std::string& pointer,
-                        const std::string& unit, int decimals) const {
-  const json* found = at(source, pointer);
-  const std::string from = "k*" + source + "#" + pointer;
-  if (found == nullptr || !found->is_number()) return {"", from};
-  return figure(kCoverage * found->get<double>(), unit, decimals, from);
+Entry Sources::expanded(const std::string& from, const std::string& unit, int decimals) const {
+  const Entry sigma = number(from, unit, decimals);
+  if (!sigma.value) return {"", "k*" + from};
+  return figure(kCoverage * *sigma.value, unit, decimals, "k*" + from);
 }
 
-Entry Sources::session(const char* column, const std::string& text) const {
-  return {text, std::string("session#") + column};
-}
-
-std::size_t Sources::size(const std::string& source, const std::string& pointer) const {
-  const json* found = at(source, pointer);
+std::size_t Sources::size(const std::string& from) const {
+  const json* found = at(from);
   return found != nullptr && found->is_array() ? found->size() : 0;
+}
+
+std::vector<bool> outliers_of(const Sources& s) {
+  std::vector<bool> outlier(s.touches.size());
+  const auto leave_out = [&](std::size_t touch) {
+    if (touch < outlier.size()) outlier[touch] = true;
+  };
+  for (const calib::Outlier& one : s.calibration.outliers) leave_out(one.touch);
+  for (const calib::TouchResidual& one : s.calibration.residuals)
+    if (one.outlier) leave_out(one.touch);
+  // A file contains no residuals of single touches; outliers among the check touches are listed in a finding.
+  for (const calib::Finding& finding : s.calibration.verdict.findings) {
+    if (finding.kind != calib::FindingKind::kGrossCheckTouches) continue;
+    for (const calib::FindingPart& part : finding.parts)
+      if (part.about.touch) leave_out(*part.about.touch);
+  }
+  return outlier;
 }
 
 Sources read_sources(const Archive& archive, const std::string& from) {
@@ -123,6 +132,33 @@ Sources read_sources(const Archive& archive, const std::string& from) {
   // number in the recording journal, not in the one that imported it
   all.record.id = record->origin ? record->origin->session : session;
   return all;
+}
+
+void to_json(nlohmann::ordered_json& json, const Entry& entry) {
+  json = {{"text", entry.text}, {"from", entry.from}};
+  if (entry.value) json["value"] = *entry.value;
+  if (!entry.unit.empty()) json["unit"] = entry.unit;
+}
+
+void from_json(const nlohmann::ordered_json& json, Entry& entry) {
+  entry = {json.at("text"), json.at("from"), {}, json.value("unit", "")};
+  if (const auto value = json.find("value"); value != json.end())
+    entry.value = value->get<double>();
+}
+
+Entry entry_at(const nlohmann::ordered_json& content, const std::string& path) {
+  return content.at(nlohmann::ordered_json::json_pointer("/" + path)).get<Entry>();
+}
+
+calib::Phrase CertificateData::phrase(const std::string& words) const {
+  const auto known = phrases.find(words);
+  return known == phrases.end() || known->second.empty() ? words : known->second;
+}
+
+std::string CertificateData::said(const calib::Phrase& phrase) {
+  std::string words = calib::words(phrase);
+  phrases[words] = phrase;
+  return words;
 }
 
 Entry figure(double value, const std::string& unit, int decimals, const std::string& from) {

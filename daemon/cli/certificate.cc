@@ -86,7 +86,7 @@ std::string add_pdf(const fs::path& directory, const std::string& html, const st
 std::string content_of(certificate::CertificateData data, const std::string& rows,
                        const std::vector<std::string>& names,
                        const std::optional<signing::PrivateKey>& key) {
-  data.issued = data.issued_local = {};
+  data.content["issued"] = data.content["issued_local"] = certificate::Entry();
   std::string all = certificate::to_json(data) + calib::sha256(rows);
   for (const std::string& name : names) all += '\n' + name;
   if (key) all += '\n' + key->fingerprint();
@@ -127,16 +127,16 @@ const char* words_of(Announced announced) {
   return kTable[announced];
 }
 
-void print_outcome(const Connection& daemon, const certificate::CertificateData& data,
-                   const fs::path& directory, bool is_signed, Announced plant) {
+void print_outcome(const Connection& daemon, const std::string& number, const fs::path& directory,
+                   bool is_signed, Announced plant) {
   print_result(
       daemon.json,
-      {{"number", data.number.text},
+      {{"number", number},
        {"directory", fs::absolute(directory).string()},
        {"signed", is_signed},
        {"plant", plant != Announced::kNo}},
       fmt::format(
-          "certificate {} in {}{}, {}\n", data.number.text, directory.string(), words_of(plant),
+          "certificate {} in {}{}, {}\n", number, directory.string(), words_of(plant),
           is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"));
 }
 
@@ -168,8 +168,9 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
   const NamedArchive named = archive_of(daemon, command.session);
   const certificate::CertificateData data = certificate::make_certificate(
       named.archive, named.from, {wall_clock_utc(), command.issued_by, calib::software_version()});
+  const std::string number = data.entry("number").text;
   const fs::path directory =
-      command.output.empty() ? fs::path("certificate-" + data.number.text) : command.output;
+      command.output.empty() ? fs::path("certificate-" + number) : command.output;
   // An unusable key is reported before anything is written.
   const auto signer = signing_key(command.key, command.sign);
   certificate::refuse_unless_reproduced(named.archive, named.from);
@@ -189,12 +190,13 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
                   : "";
   if (key)
     signing::sign_files(directory, names,
-                        {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);
+                        {number, data.entry("issued_by").text, data.entry("issued").text, ""},
+                        *key);
   if (key) names.insert(names.end(), {signing::kSums, signing::kSignature});
   const std::string content = content_of(data, named.archive.at("rows.jsonl"), names, key);
   const Announced announced =
-      send_to_plant(daemon, command.session, data.number.text, content, directory, names);
-  print_outcome(daemon, data, directory, key.has_value(), announced);
+      send_to_plant(daemon, command.session, number, content, directory, names);
+  print_outcome(daemon, number, directory, key.has_value(), announced);
   if (!no_pdf.empty())
     throw std::runtime_error(
         no_pdf + fmt::format("\nThe other files are in {}{}. For a PDF issue it again: --out DIR",

@@ -16,7 +16,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-using certificate::CertificateData, certificate::Figure;
+using certificate::CertificateData, certificate::Entry;
 
 CertificateData first_of_dcc() { return make_certificate(recorded().first, "e", kIssue); }
 
@@ -48,8 +48,9 @@ TEST(ADigitalCertificate, NamesRobotArtefactsAndDates) {
   const Dcc dcc(data);
   EXPECT_STREQ(dcc.root.attribute("schemaVersion").value(), "3.1.2");
   const std::string core = "dcc:administrativeData/dcc:coreData/";
-  EXPECT_EQ(dcc.text((core + "dcc:uniqueIdentifier").c_str()), data.number.text);
-  EXPECT_EQ(dcc.text((core + "dcc:beginPerformanceDate").c_str()), data.began.text.substr(0, 10));
+  EXPECT_EQ(dcc.text((core + "dcc:uniqueIdentifier").c_str()), data.entry("number").text);
+  EXPECT_EQ(dcc.text((core + "dcc:beginPerformanceDate").c_str()),
+            data.entry("began").text.substr(0, 10));
   EXPECT_EQ(dcc.text("//dcc:item//dcc:identification/dcc:value"), "4711");
   EXPECT_EQ(dcc.text("//dcc:measuringEquipment//dcc:value"), "K 1");
   EXPECT_EQ(dcc.text("//dcc:statement/dcc:conformity"), "pass");
@@ -60,20 +61,21 @@ TEST(ADigitalCertificate, HasTheCertificatesNumbersWithFullPrecision) {
   const CertificateData data = first_of_dcc();
   const Dcc dcc(data);
   const std::string id = "say.certificate.tcp.mean", what = calib::words(calib::Phrase(id));
-  const Figure& figure = *std::ranges::find(data.figures, id, &Figure::what);
-  for (const auto& [result, entry] :
-       {std::pair("as found", &figure.found), std::pair("as left", &figure.left)}) {
+  const auto figure = figure_of(data, id);
+  for (const auto& [result, key] :
+       {std::pair("as found", "as_found"), std::pair("as left", "as_left")}) {
     const pugi::xml_node real = quantity(dcc, result, what).child("si:real");
-    EXPECT_EQ(real.child("si:value").text().as_double(), *entry->value) << result;
+    EXPECT_EQ(real.child("si:value").text().as_double(), figure[key]["value"]) << result;
     EXPECT_STREQ(real.child("si:unit").text().get(), "\\milli\\metre");
   }
-  for (const auto& parameter : data.parameters) {
+  for (const auto& parameter : data.content["parameters"]) {
+    const std::string name = parameter["name"]["text"];
     const pugi::xml_node real =
-        quantity(dcc, "corrections of the arm's parameters", parameter.name.text).child("si:real");
-    ASSERT_TRUE(real) << parameter.name.text << " in " << parameter.correction.unit;
-    EXPECT_EQ(real.child("si:value").text().as_double(), *parameter.correction.value);
+        quantity(dcc, "corrections of the arm's parameters", name).child("si:real");
+    ASSERT_TRUE(real) << name << " in " << parameter["correction"];
+    EXPECT_EQ(real.child("si:value").text().as_double(), parameter["correction"]["value"]);
     const pugi::xml_node expanded = real.child("si:expandedUnc");
-    EXPECT_EQ(expanded.child("si:uncertainty").text().as_double(), *parameter.expanded.value);
+    EXPECT_EQ(expanded.child("si:uncertainty").text().as_double(), parameter["expanded"]["value"]);
     EXPECT_EQ(expanded.child("si:coverageFactor").text().as_double(), 2.0);
   }
 }
@@ -116,19 +118,21 @@ TEST(ADigitalCertificate, IsValidByTheSchemaWhereCELLCALDCCXSDNamesIt) {
 
 TEST(ADigitalCertificate, TakesNamesOfAnyTextAndFilesThatStateNothing) {
   CertificateData data = make_certificate(recorded().second, "e", kIssue);
-  data.robot.text = "<dcc:item/>&\"']]>\xC3\xA4";
-  data.issued_by.text.clear();
-  data.decision.stated = false;
-  data.lengths.clear();
-  data.artefacts.clear();
-  data.parameters[0].correction.unit = "furlong";
+  auto& content = data.content;
+  content["robot"]["text"] = "<dcc:item/>&\"']]>\xC3\xA4";
+  content["issued_by"] = Entry();
+  content["decision"] = nullptr;
+  content["lengths"].clear();
+  content["artefacts"].clear();
+  content["parameters"][0]["correction"]["unit"] = "furlong";
   const Dcc dcc(data);
-  EXPECT_EQ(dcc.text("//dcc:item/dcc:model"), data.robot.text);
+  EXPECT_EQ(dcc.text("//dcc:item/dcc:model"), data.entry("robot").text);
   EXPECT_EQ(dcc.text("//dcc:calibrationLaboratory//dcc:name/dcc:content"), "not stated");
   EXPECT_FALSE(dcc.root.select_node("//dcc:conformity").node());
   EXPECT_TRUE(dcc.root.select_node("//dcc:measuringEquipment").node()) << "one is required";
-  EXPECT_TRUE(quantity(dcc, "corrections of the arm's parameters", data.parameters[0].name.text)
-                  .child("dcc:noQuantity"))
+  EXPECT_TRUE(
+      quantity(dcc, "corrections of the arm's parameters", data.entry("parameters/0/name").text)
+          .child("dcc:noQuantity"))
       << "D-SI has no such unit";
 }
 

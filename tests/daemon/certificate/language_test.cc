@@ -40,8 +40,9 @@ std::vector<CertificateData> certificates() {
     all.push_back(make_certificate(
         make_archive(journal, record(journal, what, false), directory / "none"), "e", kIssue));
   }
-  all.back().decision.stated = false;
-  all.back().dropped = {"2026-04-03", "session#dropped"};
+  all.back().content["decision"] = nullptr;
+  all.back().content["breaks"] = "not known";
+  all.back().content["raw_rows_dropped"] = certificate::Entry{"2026-04-03", "session#dropped"};
   return all;
 }
 

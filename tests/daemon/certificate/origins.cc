@@ -61,6 +61,12 @@ double number(const std::variant<double, std::string>& value) { return std::get<
 
 }  // namespace
 
+nlohmann::ordered_json figure_of(const certificate::CertificateData& data, const std::string& id) {
+  for (const auto& one : data.content.at("figures"))
+    if (one.at("what") == calib::words(calib::Phrase(id))) return one;
+  return nullptr;
+}
+
 Origins::Origins(const Archive& archive) : rows_(archive.at("rows.jsonl")) {
   std::istringstream lines(rows_);
   std::string line;

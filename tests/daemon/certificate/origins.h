@@ -17,6 +17,9 @@ namespace cellcal::daemon::testing {
 /// Issuer data of all certificates in these tests.
 inline const certificate::Issue kIssue{"2026-04-02T08:00:00.000Z", "Q. Auditor 1", "9.9.9"};
 
+/// Figure by the id of its wording, "as_found" and "as_left"; null without.
+nlohmann::ordered_json figure_of(const certificate::CertificateData& data, const std::string& id);
+
 class Origins {
  public:
   explicit Origins(const Archive& archive);

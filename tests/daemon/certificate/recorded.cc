@@ -23,9 +23,12 @@ SessionInputs inputs_of(const Recording& what) {
     const std::size_t first = inputs.cell_text.find("[[length]]");
     inputs.cell_text.erase(first, inputs.cell_text.find("[touch]") - first);
   }
-  if (what.check_length)
+  if (what.check_length) {
     inputs.cell_text.insert(inputs.cell_text.find('\n', inputs.cell_text.rfind("[[length]]")) + 1,
-                            "role = \"check\"\n");
+                            "role = \"check\"\ncertificate = \"CHECKED-2\"\n");
+    inputs.cell_text.insert(inputs.cell_text.find("[[length]]") + std::string("[[length]]").size(),
+                            "\ncertificate = \"FITTED-1\"");
+  }
   if (what.longer_tool_m > 0.0) {
     const std::string z = "410.3]";
     inputs.cell_text.replace(inputs.cell_text.find(z), z.size(),

@@ -23,7 +23,7 @@ struct Recording {
   double remastered_rad = 0.0;  ///< A2 reads more by this
   double longer_tool_m = 0.0;   ///< than the demo's
   bool lengths = true;          ///< certified ones; else the scope is near the targets
-  bool check_length = false;    ///< the last certified length is a check
+  bool check_length = false;    ///< the last length is a check; it and the first name certificates
   bool as_fit = false;          ///< check touches are recorded as fit touches: none for 'as found'
   bool gross_check = false;     ///< the last check touch is off by some millimetres
   bool emulated = false;        ///< from a daemon's emulated cell
