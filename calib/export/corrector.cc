@@ -33,6 +33,9 @@ double distance2(const JointVector& a, const JointVector& b) {
   return sum;
 }
 
+/// A joint's larger change near a singularity is where the iteration ended, and not stated.
+constexpr double kMostStatedRad = 90.0 * kRadPerDeg;
+
 /// In tolerances. The verdict withholds geometry at six (calib/verdict), but does not limit gear and load
 /// parameters.
 constexpr double kMostOfGeometry = 10.0, kMostOfOthers = 20.0;
@@ -289,6 +292,8 @@ Phrase phrase(const NotReached& reason, const Robot& robot) {
                {"limit", limit * kDegPerRad}}};
     }
     case Unreached::kNearSingularity:
+      if (!(std::abs(reason.joint_rad) <= kMostStatedRad))
+        return {"say.unreached.near_singularity.far", {{"joint", joint().name}}};
       return {"say.unreached.near_singularity",
               {{"joint", joint().name}, {"deg", reason.joint_rad * kDegPerRad}}};
   }

@@ -110,6 +110,11 @@ std::optional<double> based_constant(std::string_view text) {
 std::vector<Line> read_lines(const KrlFile& file) {
   if (file.text.size() > kMostBytes)
     throw FileError(file.name, ": more than 16 MB. Name a KRL file (.dat, .src)");
+  if (file.text.starts_with("PK\3\4"))
+    throw FileError(
+        file.name,
+        ": a ZIP archive, no KRL file (.src, .dat). Unpack it; a backup with all of its programs goes to "
+        "'cellcal correct --backup'");
   if (const auto nul = file.text.find('\0'); nul != std::string::npos)
     throw FileError(file.name,
                     ": byte " + std::to_string(nul) + " is NUL; KRL files are Latin-1 text");

@@ -91,6 +91,20 @@ std::size_t read_index(const std::vector<Token>& t, std::size_t at, int& index) 
   return index_until(t, at, at + 2, index);
 }
 
+std::size_t read_indices(const std::vector<Token>& t, std::size_t at, std::string& indices) {
+  constexpr int kMost = 3;
+  indices.clear();
+  for (int i = 0; i < kMost && sign_at(t, at, i == 0 ? '[' : ','); ++i) {
+    const auto number = at + 1 < t.size() ? slot_number(t[at + 1]) : std::nullopt;
+    if (!number) return 0;
+    indices += (i == 0 ? "[" : ",") + std::to_string(*number);
+    at += 2;
+  }
+  if (indices.empty() || !sign_at(t, at, ']')) return 0;
+  indices += "]";
+  return at + 1;
+}
+
 std::optional<Aggregate> read_aggregate(const std::vector<Token>& t, std::size_t at) {
   if (!sign_at(t, at, '{')) return std::nullopt;
   Aggregate result;
@@ -172,10 +186,10 @@ std::optional<double> read_number(const std::vector<Token>& t, std::size_t at) {
 }
 
 std::string Given::element() const {
-  return index < 0 ? name : name + "[" + std::to_string(index) + "]";
+  return index < 0 ? name + indices : name + "[" + std::to_string(index) + "]";
 }
 
-std::optional<Given> read_given(const Line& line) {
+std::optional<Given> read_given(const Line& line, bool several) {
   const auto& t = line.tokens;
   std::size_t words = 0;  // the last word is the variable
   while (words < t.size() && t[words].kind == Kind::kWord) ++words;
@@ -185,8 +199,10 @@ std::optional<Given> read_given(const Line& line) {
   std::size_t at = words;
   if (sign_at(t, at, '[') && sign_at(t, at + 1, ']'))
     at += 2;
-  else if (sign_at(t, at, '['))
+  else if (sign_at(t, at, '[')) {
     at = index_until(t, at, sign_at(t, at + 2, ',') ? at + 3 : at + 2, given.index);
+    if (at == 0 && several) at = read_indices(t, words, given.indices);
+  }
   if (at == 0 || at + 1 >= t.size() || !is_sign_of(t[at], '=')) return std::nullopt;
   given.value = at + 1;
   return given;
@@ -195,7 +211,7 @@ std::optional<Given> read_given(const Line& line) {
 Stated read_controller_frames(const Line& line, ControllerFrames& frames) {
   const auto given = read_given(line);
   if (!given || (given->index < 0) != (given->name == "$ROBROOT")) return Stated::kNothing;
-  const auto& [name, index, at] = *given;
+  const auto& [name, index, indices, at] = *given;
   const Token& first = line.tokens[at];
   if (name == "TOOL_NAME") return put_name(frames.tool_names, index, first);
   if (name == "BASE_NAME") return put_name(frames.base_names, index, first);

@@ -42,18 +42,22 @@ std::optional<int> slot_number(double value);
 std::optional<int> slot_number(const Token& token);
 /// [n] with a plain number, from tokens[at]; the index of the next token, or 0.
 std::size_t read_index(const std::vector<Token>& tokens, std::size_t at, int& index);
+/// [n], [n,m] or [n,m,k] likewise, as text without blanks.
+std::size_t read_indices(const std::vector<Token>& tokens, std::size_t at, std::string& indices);
 /// With its sign, the last of the line; empty where it is none.
 std::optional<double> read_number(const std::vector<Token>& tokens, std::size_t at);
 
 /// [DECL] [GLOBAL] [CONST] [type] NAME[n]=value; NAME[n,] of a text in an array of them.
 struct Given {
   std::string name;
-  int index = -1;         ///< -1: none, or []
+  int index = -1;         ///< -1: none, [], or several
+  std::string indices;    ///< [n,m] of several
   std::size_t value = 0;  ///< index of its first token
 
-  std::string element() const;  ///< "NAME[n]"
+  std::string element() const;  ///< "NAME[n]", "NAME[n,m]"
 };
-std::optional<Given> read_given(const Line& line);
+/// `several`: NAME[n,m]=value, too.
+std::optional<Given> read_given(const Line& line, bool several = false);
 
 /// LOAD_DATA[n]; mass below 0: not stated. The centre is in the flange's frame.
 struct LoadData {

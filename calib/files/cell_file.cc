@@ -110,9 +110,10 @@ void read_box(const TomlTable& t, Target& target) {
 /// Identifier that rows of touches refer to.
 std::string read_id(const TomlTable& t) {
   const std::string id = t.string("id");
-  if (id.empty() || id.find_first_of(",\"\r\n#") != std::string::npos || id.front() == ' ' ||
-      id.back() == ' ')
+  if (id.empty() || id.find_first_of(",\"\r\n#") != std::string::npos)
     t.fail("id", "must not be empty or hold commas, quotes or '#': it is written to a CSV");
+  if (id.front() == ' ' || id.back() == ' ')
+    t.fail("id", "must not begin or end with a blank: it is written to a CSV");
   if (id == "tool") t.fail("id", "must not be \"tool\": the tool's parameters are named so");
   return id;
 }

@@ -86,7 +86,10 @@ std::int64_t roll_back(Journal& journal, std::int64_t of_cell, Activation wanted
   if (!before)
     throw NotActivated(
         Why::kNothingBefore,
-        fmt::format("nothing was in use before session {}, which is in use", active->session));
+        fmt::format(
+            "session {}, which is in use, is the first of its line. Put another one into use by its number: "
+            "'cellcal versions', 'cellcal activate ID'",
+            active->session));
   wanted.session = *before;
   activate(journal, wanted);
   return *before;

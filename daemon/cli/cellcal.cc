@@ -24,10 +24,16 @@
 
 namespace {
 
-/// The selected command, as a prefix of errors.
+/// The selected command, the innermost of nested ones.
+const CLI::App& selected(const CLI::App& app) {
+  const auto named = app.get_subcommands();
+  return named.empty() ? app : selected(*named.front());
+}
+
+/// Its name, as a prefix of errors.
 std::string command_of(const CLI::App& app) {
   const auto named = app.get_subcommands();
-  return named.empty() ? "cellcal" : "cellcal " + named.front()->get_name();
+  return named.empty() ? app.get_name() : app.get_name() + " " + command_of(*named.front());
 }
 
 /// Edit distance of `a` and `b` (Levenshtein 1966).
@@ -133,13 +139,12 @@ std::vector<std::string> options_behind_command(const CLI::App& app,
 
 /// The first argument that no option of the command accepts; CLI11 would list all of them, last first.
 std::optional<std::string> wrong_option(const CLI::App& app) {
-  const auto named = app.get_subcommands();
-  if (named.empty()) return std::nullopt;
-  std::vector<std::string> left = named.front()->remaining();
-  if (left.empty()) left = app.remaining();
-  if (left.empty()) return std::nullopt;
+  const CLI::App& command = selected(app);
+  std::vector<std::string> left = command.remaining();
+  if (left.empty()) left = app.remaining(true);
+  if (&command == &app || left.empty()) return std::nullopt;
   std::vector<std::string> names;
-  for (const CLI::Option* option : named.front()->get_options())
+  for (const CLI::Option* option : command.get_options())
     for (const std::string& name : option->get_lnames())
       if (name != "help") names.push_back("--" + name);
   const auto dashed = std::find_if(left.begin(), left.end(),

@@ -167,12 +167,11 @@ void add_check(CLI::App& app, int& status) {
 }
 
 void add_watch(CLI::App& app, int& status) {
-  const auto [command, none, connection] = add_request<NoOptions>(
+  add_request<NoOptions>(
       app, status, "watch", "Follow the running session to its end",
       "On a terminal: progress, residuals of the touches and quality of the links; elsewhere a line\n"
       "every 10 s on standard error.\nExample: cellcal watch",
       [](const Connection& daemon, const NoOptions&) { return watch(daemon); });
-  add_progress(command, *connection);  // accepted for compatibility; always active
 }
 
 void add_show(CLI::App& app, int& status) {
@@ -205,7 +204,7 @@ void add_report(CLI::App& app, int& status) {
       ->add_option("ID", given->session,
                    "Number of the session; default: the newest calibration that is finished")
       ->check(session_number());
-  command->add_option("-o,--output,--out", given->output, "Copy the report to this file (HTML)");
+  add_output(*command, given->output, "Copy the report to this file (HTML)");
 }
 
 void add_plain(CLI::App& app, int& status, const char* name, const char* words,
@@ -293,7 +292,7 @@ std::shared_ptr<Connection> add_connection(CLI::App* command) {
   daemon->socket = set != nullptr && *set != '\0' ? set : kDefaultSocket;
   command->add_option("--socket", daemon->socket, "The daemon's socket (or set $CELLCAL_SOCKET)")
       ->capture_default_str();
-  command->add_flag("--json", daemon->json, "Print JSON");
+  add_json(*command, daemon->json);
   add_language(*command, daemon->language);
   return daemon;
 }

@@ -45,6 +45,19 @@ void describe_cellcal(CLI::App& app, int& status);
 /// Adds --socket and --json.
 std::shared_ptr<Connection> add_connection(CLI::App* command);
 
+// Options of many commands.
+
+inline CLI::Option* add_output(CLI::App& command, std::filesystem::path& given,
+                               const std::string& words) {
+  return command.add_option("-o,--output,--out", given, words);
+}
+inline void add_json(CLI::App& command, bool& given, const std::string& words = "Print JSON") {
+  command.add_flag("--json", given, words);
+}
+inline void add_withheld(CLI::App& command, bool& given) {
+  command.add_flag("--withheld", given, "Accept a withheld calibration, for inspection only");
+}
+
 /// Declares a command that `act` carries out with what its options fill; the caller adds them.
 template <class Given>
 std::pair<CLI::App*, std::shared_ptr<Given>> add_command(CLI::App& parent, int& status,

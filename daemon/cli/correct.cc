@@ -20,7 +20,6 @@
 #include "daemon/cli/commands.h"
 #include "daemon/cli/controller_data.h"
 #include "daemon/cli/offline.h"
-#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -67,23 +66,6 @@ std::vector<KrlFile> modules_beside(const fs::path& program) {
     } catch (const calib::FileError&) {  // unreadable: its routines remain unknown
     }
   return all;
-}
-
-/// Throws where this is the file that was read.
-fs::path place_of(const CorrectCommand& command, const KrlFile& file) {
-  const fs::path name = file.name;
-  const bool alone =
-      command.backup.empty() || std::ranges::any_of(command.controller, [&](const fs::path& given) {
-        return fs::absolute(given) == name;
-      });
-  const fs::path inside = alone ? name.filename() : name.lexically_normal();
-  if (inside.is_absolute() || inside.string().starts_with(".."))
-    throw calib::FileError(file.name, ": leads out of the backup");
-  const fs::path place = command.output / inside, read = alone ? name : command.backup / inside;
-  if (fs::exists(place) && fs::exists(read) && fs::equivalent(place, read))
-    throw calib::FileError(place.string(),
-                           ": is the program itself; write to another folder with -o");
-  return place;
 }
 
 /// TOOL_DATA[n] or BASE_DATA[n]; below 0: written out in the program.
@@ -359,7 +341,9 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
                 const calib::Calibration* from) {
   const krl::ProgramFiles files =
       read_program_files(command.program, command.dat, command.controller);
-  refuse_corrected(files);
+  std::vector<KrlFile> read = {files.src};
+  if (files.dat) read.push_back(*files.dat);
+  refuse_corrected(command, {}, read);
   const CorrectedProgram result =
       correct_program(calibration, files, correction_options(command, from));
   const calib::Robot& robot = calibration.cell.robot;
@@ -371,8 +355,6 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
   const bool nothing = result.motions > 0 && result.points.empty();
   nlohmann::json all = json_of(result, robot);
   all["warnings"] = warned(result.warnings, command, robot, result.points);
-  std::vector<KrlFile> read = {files.src};
-  if (files.dat) read.push_back(*files.dat);
   const std::string written = nothing ? "" : write_corrected(command, read, result.files, {}, all);
   put(command.json ? json_text(all) : report(result, written), {});
   if (nothing)
@@ -454,112 +436,6 @@ int correct(const CorrectCommand& command) {
   if (!command.backup.empty()) return correct_backup_files(command, *calibration);
   return command.poses.empty() ? correct_krl(command, *calibration)
                                : correct_poses(command, *calibration);
-}
-
-namespace {
-
-using Json = nlohmann::json;
-
-constexpr const char* kFormat = "cellcal.corrected/1";
-constexpr std::size_t kMostBytes = 64u << 20;
-
-Json read_record(const fs::path& path) {
-  const Json record = Json::parse(calib::read_file(path, kMostBytes), nullptr, false);
-  if (record.is_object() && record.value("format", Json()) == kFormat &&
-      record.value("files", Json()).is_array())
-    return record;
-  throw calib::FileError(
-      path.string(),
-      ": not a record of a correction. Move it away if the program in the same folder is the "
-      "original");
-}
-
-/// A file that the correction left unchanged is still the original.
-bool wrote(const Json& record, const std::string& text) {
-  const std::string sum = calib::sha256(text);
-  const Json& files = record.at("files");
-  return std::any_of(files.begin(), files.end(), [&](const Json& file) {
-    return file.is_object() && file.value("sha256", Json()) == sum &&
-           file.value("sha256_before", Json()) != sum;
-  });
-}
-
-}  // namespace
-
-fs::path record_beside(fs::path src) { return src.replace_extension(".corrected.json"); }
-
-void refuse_corrected(const krl::ProgramFiles& files) {
-  const fs::path path = record_beside(files.src.name);
-  if (!fs::exists(path)) return;
-  refuse_written(path, files.src);
-  if (files.dat) refuse_written(path, *files.dat);
-}
-
-void refuse_written(const fs::path& record, const krl::KrlFile& file) {
-  if (wrote(read_record(record), file.text))
-    throw calib::FileError(file.name, ": is corrected already (" + record.string() +
-                                          "). Correct the original program instead");
-}
-
-namespace {
-
-/// The report with the SHA-256 of each file as read and as written.
-Json corrected_record(Json report, const std::vector<KrlFile>& read,
-                      const std::vector<KrlFile>& corrected) {
-  report["format"] = kFormat;
-  report["files"] = Json::array();
-  for (const KrlFile& file : corrected) {
-    const auto before = std::ranges::find(read, file.name, &KrlFile::name);
-    report["files"].push_back({{"name", fs::path(file.name).filename().string()},
-                               {"sha256_before", calib::sha256(before->text)},
-                               {"sha256", calib::sha256(file.text)}});
-  }
-  return report;
-}
-
-}  // namespace
-
-void refuse_to_replace(const CorrectCommand& command, const fs::path& place) {
-  if (!command.force && fs::exists(place))
-    throw calib::FileError(place.string(),
-                           ": exists. Replace it with --force, or write to another folder");
-}
-
-std::string write_corrected(const CorrectCommand& command, const std::vector<KrlFile>& read,
-                            const std::vector<KrlFile>& corrected, const std::vector<KrlFile>& more,
-                            Json& report) {
-  if (corrected.empty() || command.output.empty()) return {};
-  std::vector<KrlFile> files;
-  for (const KrlFile& file : corrected)
-    files.push_back({place_of(command, file).string(), file.text});
-  for (const KrlFile& file : more)
-    files.push_back({(command.output / file.name).string(), file.text});
-  const fs::path record =
-      command.backup.empty() ? record_beside(files.front().name) : command.output / kBackupRecord;
-  std::set<std::string> places;
-  for (const KrlFile& file : files) {
-    if (!places.insert(file.name).second)
-      throw calib::FileError(file.name, ": program and points have one name");
-    refuse_to_replace(command, file.name);
-    read_back(file.text, file.name, as_krl);
-    report["written"].push_back(file.name);
-  }
-  refuse_to_replace(command, record);
-  report["written"].push_back(record.string());
-  Json recorded = corrected_record(report, read, corrected);
-  recorded["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
-  fs::create_directories(record.parent_path());
-  // The record first: a corrected program without it would pass for the original.
-  write_atomically(record, json_text(recorded));
-  // Last the programs, which call what the others define.
-  for (auto file = files.rbegin(); file != files.rend(); ++file) {
-    fs::create_directories(fs::path(file->name).parent_path());
-    write_atomically(file->name, file->text);
-  }
-  std::string words;
-  for (const Json& place : report["written"])
-    words += said({"say.correct.written", {{"file", place.get<std::string>()}}});
-  return words;
 }
 
 }  // namespace cellcal::daemon

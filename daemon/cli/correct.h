@@ -96,19 +96,14 @@ std::vector<std::vector<krl::Refusal>> refusals_of_moving(const std::vector<Modu
 nlohmann::json warned(std::vector<calib::Phrase> warnings, const CorrectCommand& command,
                       const calib::Robot& robot, const std::vector<krl::CorrectedPoint>& points);
 
-// Record WELD.corrected.json of a corrected WELD.src: the changes and their calibration. Correcting twice
-// displaces the arm by the same amount again, and the program itself carries no mark.
+// Record WELD.corrected.json of a corrected WELD.src, cellcal.corrected.json of a corrected backup: the changes and
+// their calibration. Correcting twice displaces the arm by the same amount again, and the program itself carries no
+// mark.
 
-std::filesystem::path record_beside(std::filesystem::path src);
-
-/// Throws calib::FileError if the record in the program's directory lists `files` as results of a
-/// correction, or cannot be read.
-void refuse_corrected(const krl::ProgramFiles& files);
-/// Throws likewise for one file and a record that may list it.
-void refuse_written(const std::filesystem::path& record, const krl::KrlFile& file);
-
-/// Record in the folder of a corrected backup.
-inline constexpr const char* kBackupRecord = "cellcal.corrected.json";
+/// Throws calib::FileError if a record next to the files, by their names in the folder, lists one of them as the result
+/// of a correction with another calibration than that of --from or --upload, or cannot be read.
+void refuse_corrected(const CorrectCommand& command, const std::filesystem::path& folder,
+                      const std::vector<krl::KrlFile>& files);
 
 /// Throws for an existing file without --force.
 void refuse_to_replace(const CorrectCommand& command, const std::filesystem::path& place);

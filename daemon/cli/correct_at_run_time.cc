@@ -34,7 +34,9 @@ constexpr double kRoundingMm = 0.02;
 
 krl::BackupFiles one_program(const CorrectCommand& command) {
   krl::ProgramFiles files = read_program_files(command.program, command.dat, command.controller);
-  refuse_corrected(files);
+  std::vector<KrlFile> own = {files.src};
+  if (files.dat) own.push_back(*files.dat);
+  refuse_corrected(command, {}, own);
   krl::require_routine(files.src);
   krl::BackupFiles all;
   all.controller = std::move(files.controller);

@@ -121,25 +121,17 @@ krl::BackupFiles modules_of(std::vector<KrlFile> files) {
   return all;
 }
 
-namespace {
-
-/// By the record in its folder.
-void refuse_corrected_backup(const fs::path& place, const std::vector<KrlFile>& files) {
-  if (!fs::is_directory(place) || !fs::exists(place / kBackupRecord)) return;
-  for (const KrlFile& file : files) refuse_written(place / kBackupRecord, file);
-}
-
-}  // namespace
-
 krl::BackupFiles programs_of(const CorrectCommand& command, Backup& backup) {
-  refuse_corrected_backup(command.backup, backup.files);
+  const std::vector<KrlFile> given = controller_files(command);
+  refuse_corrected(command, command.backup, backup.files);
+  refuse_corrected(command, {}, given);
   krl::BackupFiles all = modules_of(backup.files);
   if (all.modules.empty())
     throw calib::FileError(
         command.backup.string(),
         ": no KRL program (.src) in it" +
             (backup.archive.empty() ? "" : ". Unpack " + backup.archive + " and give that"));
-  for (const KrlFile& file : controller_files(command)) {
+  for (const KrlFile& file : given) {
     if (std::ranges::find(backup.files, file.text, &KrlFile::text) != backup.files.end()) continue;
     all.controller.push_back(file);
     backup.files.push_back(file);

@@ -10,9 +10,12 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <regex>
 
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"
+#include "calib/files/text.h"
+#include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
@@ -45,6 +48,18 @@ std::optional<Base> base_of(const std::string& text) {
     at = comma;
   }
   return base;
+}
+
+/// A controller takes the first routine of a file by the file's name.
+std::string program_name(const std::filesystem::path& file) {
+  static const std::regex name_of_krl("[A-Za-z_][A-Za-z0-9_]{0,23}");
+  std::string name = file.stem().string();
+  if (!std::regex_match(name, name_of_krl))
+    throw calib::FileError(
+        file.string(), ": \"" + calib::shown(name) +
+                           "\" is not a name of a KRL program. Give letters, digits and _, at most "
+                           "24, the first no digit: cellcal_frames.src");
+  return name;
 }
 
 /// How well a tool's tip is known; empty for a base.
@@ -240,6 +255,7 @@ krl::ProposedFrames frames_of(const FramesCommand& command, const calib::Calibra
   for (const auto& path : command.controller)
     request.controller.push_back({path.string(), calib::read_file(path, krl::kMostBytes + 1)});
   request.calibration = command.calibration.filename().string();
+  if (!command.output.empty()) request.program = program_name(command.output);
   return propose_frames(calibration, request);
 }
 

@@ -118,9 +118,8 @@ void add_mastering(CLI::App& app, int& status) {
   command->add_option("--machine-data", given->machine_data,
                       "The controller's $machine.dat, or its backup (folder, ZIP): the angles "
                       "shown at the marks ($MAMES, where $INDIVIDUAL_MAMES is not #RDC)");
-  command->add_flag("--withheld", given->withheld,
-                    "Accept a withheld calibration, for inspection only");
-  command->add_flag("--json", given->json, "Print JSON");
+  add_withheld(*command, given->withheld);
+  add_json(*command, given->json);
   add_language(*command);
 }
 

@@ -511,8 +511,7 @@ void add_new_cell_command(CLI::App& app, int& status) {
       "cell.toml\n         cellcal new-cell -o cell.toml --robot kr6_r900_2 --tool 0,0,250,0,0,0 "
       "--spheres spheres.csv --certificate certificate.csv\n         cellcal new-cell -o cell.toml "
       "--machine-data backup.zip --tool 3 --spheres spheres.csv");
-  command->add_option("-o,--output,--out", given->output, "The file to write")
-      ->capture_default_str();
+  add_output(*command, given->output, "The file to write")->capture_default_str();
   command->add_option("--robot", given->robot, "Shipped robot by name, or path of a robot file");
   command->add_option("--tool", given->tool,
                       "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg); with "
@@ -533,7 +532,8 @@ void add_new_cell_command(CLI::App& app, int& status) {
       ->check(between(0.0, 1e3));
   command->add_option(
       "--floor", given->floor_mm,
-      "Height of floor or table top in the base frame, in mm: nothing goes below it");
+      "Height of floor or table top against gravity, from the robot's foot, in mm (of a hung arm "
+      "negative): nothing goes below it");
   command->add_option("--spheres", given->spheres,
                       "CSV: id,diameter_mm and, where known, diameter_sigma_mm,x_mm,y_mm,z_mm, "
                       "centre_sigma_mm; or their Digital Calibration Certificate (XML)");
@@ -541,7 +541,7 @@ void add_new_cell_command(CLI::App& app, int& status) {
                       "CSV of certified lengths: from,to,mm,sigma_mm; or their Digital Calibration "
                       "Certificate (XML)");
   command->add_flag("--force", given->force, "Replace an existing file");
-  command->add_flag("--json", given->json, "Print the result as JSON");
+  add_json(*command, given->json, "Print the result as JSON");
   command->callback([given, &status] { status = new_cell(*given, std::cin, std::cerr); });
 }
 
@@ -562,7 +562,8 @@ void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::pat
                     [&](double mm) { form.tool.tip_radius_mm = mm; });
   if (!form.floor_mm)
     dialogue.number(
-        "Height of floor or table top in the base frame, mm: nothing goes below (empty: not known)",
+        "Height of floor or table top against gravity, from the robot's foot, mm (of a hung arm "
+        "negative): nothing goes below (empty: not known)",
         [&](double mm) { form.floor_mm = mm; });
   if (!given.spheres) dialogue.spheres();
   form.lengths = certified;

@@ -21,8 +21,7 @@ void add_identify(CLI::App& app, int& status) {
                   identify);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches (CSV)")->required();
-  command->add_option("-o,--output,--out", given->output,
-                      "Write the calibration to this file (JSON)");
+  add_output(*command, given->output, "Write the calibration to this file (JSON)");
   command->add_option(
       "--last", given->last,
       "Earlier calibration of this arm to compare with (JSON): the new one is withheld if the "
@@ -37,7 +36,7 @@ void add_identify(CLI::App& app, int& status) {
                    "functions of the joints' angles; paper, method of Wang et al. 2024")
       ->check(one_of({"map", "plain", "paper"}))
       ->capture_default_str();
-  command->add_flag("--json", given->json, "Print the calibration as JSON");
+  add_json(*command, given->json, "Print the calibration as JSON");
   command->add_flag("--verbose", given->verbose, "Print all findings, not only the summary");
   add_language(*command);
 }
@@ -73,11 +72,9 @@ void add_predict(CLI::App& app, int& status) {
       "--tool", given->tool,
       "A [[tool]] of the cell file by its id; or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, "
       "deg), taken as exact [the cell file's first]");
-  command->add_flag("--withheld", given->withheld,
-                    "Accept a withheld calibration, for inspection only");
-  command->add_option("-o,--output,--out", given->output,
-                      "Write the poses to this file (CSV) [standard output]");
-  command->add_flag("--json", given->json, "Write JSON");
+  add_withheld(*command, given->withheld);
+  add_output(*command, given->output, "Write the poses to this file (CSV) [standard output]");
+  add_json(*command, given->json, "Write JSON");
 }
 
 std::array<CLI::Option*, 2> add_leave_and_still(CLI::App& command, auto& given) {
@@ -145,9 +142,8 @@ void add_plan(CLI::App& app, int& status) {
                       "Draw arm, cell and touches from above and from the side (SVG)");
   command->add_option("--seed", given->seed, "Seed of the plan: same seed, same plan")
       ->capture_default_str();
-  command->add_option("-o,--output,--out", given->output,
-                      "Write the plan to this file (CSV) [standard output]");
-  command->add_flag("--json", given->json, "Write JSON");
+  add_output(*command, given->output, "Write the plan to this file (CSV) [standard output]");
+  add_json(*command, given->json, "Write JSON");
   add_language(*command);
   CLI::Option* const suggested = command->add_option(
       "--suggest-spheres", given->suggest_spheres,
@@ -173,8 +169,7 @@ void add_kuka_files(CLI::App& app, int& status) {
       "backup.zip");
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
-  CLI::Option* output =
-      command->add_option("-o,--output,--out", given->output, "Write the files to this folder");
+  CLI::Option* output = add_output(*command, given->output, "Write the files to this folder");
   command
       ->add_option(
           "--verify", given->verify,
@@ -186,7 +181,7 @@ void add_kuka_files(CLI::App& app, int& status) {
       "Cell file: RSI's program keeps the axes within the ranges of its robot, too");
   command->add_option("--wire", given->wire, "rsi or eki [the configuration's backend]")
       ->check(one_of({"rsi", "eki"}));
-  command->add_flag("--json", given->json, "Print the written files and their places as JSON");
+  add_json(*command, given->json, "Print the written files and their places as JSON");
   command->callback([given, &status] {
     if (given->output.empty() && given->verify.empty()) {
       throw CLI::RequiredError("--output (or --verify)");
@@ -230,9 +225,8 @@ void add_export_robot(CLI::App& app, int& status) {
       "--urdf", given->urdf,
       "Put the calibrated joints into this URDF: links, meshes and names stay [a new one]");
   add_ends(*command, *urdf, given->ends);
-  command->add_flag("--withheld", given->withheld,
-                    "Accept a withheld calibration, for inspection only");
-  command->add_option("-o,--output,--out", given->output, "Write to this file [standard output]");
+  add_withheld(*command, given->withheld);
+  add_output(*command, given->output, "Write to this file [standard output]");
   command->callback([given, &status] {
     if (!given->urdf.empty() && given->as != "urdf" && given->as != "yaml")
       throw CLI::ValidationError("--urdf", "goes with --as urdf or --as yaml");
@@ -273,8 +267,7 @@ void add_import_robot(CLI::App& app, int& status) {
       ->needs(urdf);
   command->add_option("--machine-data", given->machine_data,
                       "File of the controller, or its backup (folder, ZIP); may be repeated");
-  command->add_option("-o,--output,--out", given->output,
-                      "Write the robot to this file [standard output]");
+  add_output(*command, given->output, "Write the robot to this file [standard output]");
   CLI::Option* tool = command->add_option("--tool", given->tool, "Number of TOOL_DATA for --cell")
                           ->check(between(1, 1000));
   command
@@ -312,7 +305,7 @@ void add_doctor(CLI::App& app, int& status) {
       ->check(between(1.0, 3600.0))
       ->capture_default_str();
   add_language(*command, given->language);
-  command->add_flag("--json", given->json, "Print JSON");
+  add_json(*command, given->json);
 }
 
 void add_robots(CLI::App& app, int& status) {
@@ -322,7 +315,7 @@ void add_robots(CLI::App& app, int& status) {
       "cell file, which names them by path, or in the folder that CELLCAL_ROBOTS names, which is searched before "
       "the\nshipped ones. The places are printed behind the list.\nExample: cellcal robots",
       robots);
-  command->add_flag("--json", given->json, "Print JSON");
+  add_json(*command, given->json);
 }
 
 void add_learn(CLI::App& priors, int& status) {
@@ -343,9 +336,8 @@ void add_learn(CLI::App& priors, int& status) {
       "most calibrations]");
   command->add_option("--after", given->after,
                       "Earlier priors of the model: the version counts on");
-  command->add_option("-o,--output,--out", given->output,
-                      "Write the priors to this file (TOML) [standard output]");
-  command->add_flag("--json", given->json, "Print priors and what was set aside as JSON");
+  add_output(*command, given->output, "Write the priors to this file (TOML) [standard output]");
+  add_json(*command, given->json, "Print priors and what was set aside as JSON");
 }
 
 void add_show_priors(CLI::App& priors, int& status) {
@@ -353,7 +345,7 @@ void add_show_priors(CLI::App& priors, int& status) {
       add_command(priors, status, "show", "Print a file of priors",
                   "Example: cellcal priors show priors.toml", show_priors);
   command->add_option("FILE", given->file, "Priors (TOML)")->required();
-  command->add_flag("--json", given->json, "Print JSON");
+  add_json(*command, given->json);
 }
 
 void add_accept(CLI::App& priors, int& status) {
@@ -367,9 +359,8 @@ void add_accept(CLI::App& priors, int& status) {
   command->add_option("FILE", given->file, "Priors (TOML)")->required();
   command->add_option("--robot", given->robot, "Robot file, or a shipped robot by its name")
       ->required();
-  command->add_option("-o,--output,--out", given->output, "Write the robot to this file")
-      ->required();
-  command->add_flag("--json", given->json, "Print the changes as JSON");
+  add_output(*command, given->output, "Write the robot to this file")->required();
+  add_json(*command, given->json, "Print the changes as JSON");
 }
 
 /// Options for sending frames to the controller and restoring old values.
@@ -433,7 +424,10 @@ void add_correct(CLI::App& app, int& status) {
       "changed so that the controller brings the real TCP\nto them; nothing else of the files "
       "changes. For points from a drawing: what was touched up\nwith this arm is right already "
       "(--leave). Lines that cannot be corrected are listed; then nothing\nis written. Run the "
-      "corrected program in T1 first.\n--backup: all programs of a controller together, with points that "
+      "corrected program in T1 first.\nKeep the originals: after the next calibration correct them again, or the corrected "
+      "programs with --from and\nthe calibration that they were corrected with. A second correction is refused where the "
+      "record\nNAME.corrected.json (of a backup cellcal.corrected.json) is in the program's folder; a copy from the\n"
+      "controller has none, and would be corrected twice.\n--backup: all programs of a controller together, with points that "
       "several of them or $config.dat have. A module with\na line that cannot be corrected stays as it "
       "is, and with it those that share a point with it; the changed files are\nwritten, and the refusals printed.\n--at-run-time: instead of the points, the motions of --program or "
       "--backup are rewritten (LIN XP1\nbecomes LIN CC_FIX(XP1)), and the module cellcal_fix.src/.dat is "
@@ -481,7 +475,7 @@ void add_correct(CLI::App& app, int& status) {
       command
           ->add_option("--from", given->from,
                        "Calibration of the arm that the points were taught on: before "
-                       "its repair, or another of the type")
+                       "its repair, or another of the type; or that programs were corrected with")
           ->excludes(poses);
   command
       ->add_flag("--upload", given->upload,
@@ -514,11 +508,10 @@ void add_correct(CLI::App& app, int& status) {
           "The controller computes with the robot file's model of the arm when the programs "
           "run, although its files state absolute accuracy or other lengths, or another model was found")
       ->excludes(poses);
-  command->add_flag("--withheld", given->withheld,
-                    "Accept a withheld calibration, for inspection only");
-  command->add_option("-o,--output,--out", given->output,
-                      "Poses: write to this file [standard output]; programs: to this folder");
-  command->add_flag("--json", given->json, "Write JSON");
+  add_withheld(*command, given->withheld);
+  add_output(*command, given->output,
+             "Poses: write to this file [standard output]; programs: to this folder");
+  add_json(*command, given->json, "Write JSON");
   add_language(*command);
   command->callback([given, &status] {
     if (given->restore.empty() && given->calibration.empty())
@@ -559,10 +552,9 @@ void add_frames(CLI::App& app, int& status) {
             return is_base(text) ? std::string() : "\"" + text + "\" is not like 3=S1,S2,S3";
           },
           "N=ID,ID,ID"));
-  command->add_flag("--withheld", given->withheld,
-                    "Accept a withheld calibration, for inspection only");
-  command->add_option("-o,--output,--out", given->output,
-                      "Write the KRL program to this file (.src)");
+  add_withheld(*command, given->withheld);
+  add_output(*command, given->output,
+             "Write the KRL program to this file (.src), whose name it bears");
   add_sending(command, calibration, *sending);
   command->callback([given, sending, daemon, calibration, &status] {
     given->json = daemon->json;

@@ -71,8 +71,7 @@ std::string what_to_do_with(const json& one) {
   if (kind == "calibrate") return "Now: 'cellcal run --cell CELL'";
   if (kind == "check") return "Now: 'cellcal check'";
   if (kind == "activate") return "It is in use. Corrected programs and frames stay unchanged";
-  if (kind == "priors")
-    return "Now: 'cellcal priors accept " + shell_word(text_in(one, "file")) + "'";
+  if (kind == "priors") return "Now: " + text_in(one, "command");
   return "Now: put " + text_in(one, "file") +
          " under [schedule] of cellcald.toml, then 'systemctl reload cellcald'";
 }
@@ -259,7 +258,7 @@ std::shared_ptr<Connection> add_fleet_socket(CLI::App* command) {
 /// Likewise, with --json.
 std::shared_ptr<Connection> add_fleet(CLI::App* command) {
   auto fleet = add_fleet_socket(command);
-  command->add_flag("--json", fleet->json, "Print JSON");
+  add_json(*command, fleet->json);
   return fleet;
 }
 
@@ -307,8 +306,8 @@ void add_export(CLI::App* of, int& status) {
   command->add_option("--session", given->command.session, "Session")->check(session_number());
   command->add_option("--journal", given->command.journal, "Journal, where the cell had several");
   auto* check = command->add_flag("--check", given->check, "The check");
-  auto* output = command->add_option("-o,--output,--out", given->command.output,
-                                     "File, or directory of a certificate [standard output]");
+  auto* output = add_output(*command, given->command.output,
+                            "File, or directory of a certificate [standard output]");
   command->add_flag("--certificate", given->certificate, "The certificate's files")
       ->excludes(check)
       ->needs(output);
@@ -365,7 +364,7 @@ void add_propose(CLI::App* of, int& status) {
   command->add_option("--by", wanted.by, "Author [the user]");
   command->add_option("--id", wanted.id, "Id [generated]")->excludes(withdraw);
   add_broker(command, wanted, given->no_tls);
-  command->add_flag("--json", wanted.json, "Print JSON");
+  add_json(*command, wanted.json);
   command->callback([=, &status] {
     ProposeCommand& now = given->command;
     using plant::ProposalKind;
@@ -497,6 +496,7 @@ void add_proposal_commands(CLI::App& app, int& status) {
   refuse->footer(
       "Example: cellcal proposals refuse p-17 --reason \"the torch is changed tomorrow\"");
   for (CLI::App* one : {accept, refuse}) {
+    one->fallthrough();  // options of the connection may follow
     one->add_option("ID", given->id, "Id of the proposal, as 'cellcal proposals' lists it")
         ->required()
         ->check(kId);

@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,8 @@
 #include "calib/export/corrector.h"
 #include "calib/export/tables.h"
 #include "calib/files/files.h"
+#include "calib/files/text.h"
+#include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/new_cell.h"
@@ -114,27 +117,56 @@ calib::Calibration with_load(const calib::Calibration& calibration,
   return calib::with_load(calibration, given[0]);
 }
 
+constexpr const char* kOption = "--joints";
+
+std::vector<std::string> names_of_row(const calib::Robot& robot) {
+  std::vector<std::string> names;
+  for (const calib::Joint& joint : robot.joints) names.push_back(joint.name);
+  return names;
+}
+
+/// "--joints: A5: ..." of "--joints:2: A5: ...": the option has no lines.
+std::string without_line(const std::string& words) {
+  return boost::algorithm::replace_first_copy(words, fmt::format("{}:2:", kOption),
+                                              fmt::format("{}:", kOption));
+}
+
+bool is_no_file(const std::filesystem::path& joints) {
+  std::error_code error;  // also of values that are too long for a name
+  return !std::filesystem::exists(joints, error) && error != std::errc::permission_denied;
+}
+
 /// One row by its values, "0,-90,90,0,30,0", in place of a file.
 bool are_values(const std::filesystem::path& joints) {
-  return !std::filesystem::exists(joints) && joints.string().find(',') != std::string::npos &&
+  return is_no_file(joints) && joints.string().find(',') != std::string::npos &&
          joints.string().find_first_not_of("0123456789+-., ") == std::string::npos;
 }
 
+calib::JointRows row_of_values(const std::string& values, const calib::Robot& robot) try {
+  std::vector<std::string> names = names_of_row(robot);
+  const std::ptrdiff_t given = 1 + std::ranges::count(values, ',');
+  if (given > std::ssize(names))
+    for (const calib::PositionerAxis& axis : robot.positioner) names.push_back(axis.name);
+  if (given != std::ssize(names))
+    throw std::runtime_error(fmt::format("{}: {} {} given, {} needed: {}", kOption, given,
+                                         robot.first_turning() > 0 ? "positions" : "angles",
+                                         names.size(), fmt::join(names, ", ")));
+  calib::JointRows row =
+      calib::parse_joints(fmt::format("{}\n{}\n", fmt::join(names, ","), values), kOption, robot);
+  for (std::string& words : row.beyond_limits_words) words = without_line(words);
+  return row;
+} catch (const calib::FileError& wrong) {
+  throw std::runtime_error(without_line(wrong.what()));
+}
+
 calib::JointRows rows_of(const std::filesystem::path& joints, const calib::Robot& robot) {
-  if (are_values(joints)) {
-    std::vector<std::string> names;
-    for (const calib::Joint& joint : robot.joints) names.push_back(joint.name);
-    const std::string values = joints.string();
-    const std::ptrdiff_t given = 1 + std::ranges::count(values, ',');
-    if (given > std::ssize(names))
-      for (const calib::PositionerAxis& axis : robot.positioner) names.push_back(axis.name);
-    if (given != std::ssize(names))
-      throw std::runtime_error(fmt::format("--joints: {} {} given, {} needed: {}", given,
-                                           robot.first_turning() > 0 ? "positions" : "angles",
-                                           names.size(), fmt::join(names, ", ")));
-    return calib::parse_joints(fmt::format("{}\n{}\n", fmt::join(names, ","), values), "--joints",
-                               robot);
-  }
+  if (are_values(joints)) return row_of_values(joints.string(), robot);
+  if (is_no_file(joints))
+    throw calib::FileError(
+        calib::shown(joints.string(), 80),
+        fmt::format(": no such file. Give a CSV file, or one row by its values, with decimal "
+                    "points and commas between: {}",
+                    fmt::join(names_of_row(robot), ",")));
   calib::JointRows rows = calib::load_joints(joints, robot);
   report_reading(joints, robot);
   return rows;
@@ -144,8 +176,8 @@ AskedRows asked_rows(const PredictCommand& command, const calib::Robot& robot) {
   AskedRows asked{rows_of(command.joints, robot), carriers_of(robot, command.on), {}};
   warn_of_radians(command.joints, robot, asked.rows.joint_rad);
   warn_beyond_limits(asked.rows);
-  asked.carrier_rad =
-      carrier_angles(asked.rows.positioner_rad, asked.carriers, command.joints, robot);
+  asked.carrier_rad = carrier_angles(asked.rows.positioner_rad, asked.carriers,
+                                     are_values(command.joints) ? kOption : command.joints, robot);
   return asked;
 }
 

@@ -230,9 +230,10 @@ int accept_priors(const AcceptPriorsCommand& command) {
     print_json({{"robot", command.output.string()}, {"changes", as_json(accepted.changes)}});
     return kSuccess;
   }
-  put(fmt::format("{}{}: written. In the cell file: robot = \"{}\"\n",
-                  changes_words(accepted.changes), command.output.string(),
-                  command.output.string()),
+  // A relative path in a cell file is relative to that file.
+  const fs::path written = fs::absolute(command.output).lexically_normal();
+  put(fmt::format("{}{}: written. In the cell file: robot = {}\n", changes_words(accepted.changes),
+                  command.output.string(), calib::toml_string(written.string())),
       {});
   return kSuccess;
 }

@@ -229,7 +229,7 @@ void add_certificate(CLI::App& app, int& status) {
   auto daemon = add_connection(command);
   auto* session = command->add_option("SESSION", given->session,
                                       "Number of the session, or directory of its export");
-  command->add_option("-o,--output,--out", given->output, "Directory, new or empty");
+  add_output(*command, given->output, "Directory, new or empty");
   command->add_option("--issued-by", given->issued_by, "Issuer");
   command->add_flag("--no-pdf", flags->no_pdf, "Write no PDF");
   command->add_option(
@@ -265,7 +265,7 @@ void add_verify(CLI::App& app, int& status) {
   command->add_option(
       "--key", given->key,
       "The issuer's public key (PEM); by default $CELLCAL_KEY.pub or /etc/cellcal/certificate.key.pub");
-  command->add_flag("--json", given->json, "Print JSON");
+  add_json(*command, given->json);
 }
 
 void add_versions(CLI::App& app, int& status) {
@@ -286,6 +286,8 @@ void add_activate(CLI::App& app, int& status) {
       app, status, "activate", "Put an earlier calibration into use again",
       "It is what 'cellcal check' checks and what the next result is compared with, until the next one is published\n"
       "or activated. Recorded in the journal with author and reason. Corrected programs and frames stay unchanged.\n"
+      "--back goes back along the line of calibrations as they came into use. Activating the one before is such a step, too:\n"
+      "the one left by it is put into use again by its number ('cellcal versions'), not by --back.\n"
       "Example: cellcal activate 7 --reason \"session 9 was made with a loose torch\"\n"
       "         cellcal activate --back --reason \"loose torch\"",
       [](const Connection& daemon, const Given& of) {

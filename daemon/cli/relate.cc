@@ -208,8 +208,8 @@ void add_relate(CLI::App& app, int& status) {
           "Cell files of the first and the second arm: their serial numbers tell which spheres are the same")
       ->expected(2)
       ->excludes(same);
-  command->add_option("-o,--output,--out", given->output, "Write to this file [standard output]");
-  command->add_flag("--json", given->json, "Print JSON");
+  add_output(*command, given->output, "Write to this file [standard output]");
+  add_json(*command, given->json);
   add_language(*command);
 }
 

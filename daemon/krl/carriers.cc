@@ -157,6 +157,7 @@ int Carriers::machine_of(const FrameRef& base) const {
 
 std::variant<CarriedFlange, Why> Carriers::flange(int machine, const Point& point) const {
   const auto at = mounted_.find(machine);
+  if (machine < 0 && touched_axes_ > 0) return Why::kUncoupledBase;
   if (at == mounted_.end())
     return touched_axes_ == 0 || data_.external.machines.count(machine) == 0 ? Why::kExternalBase
                                                                              : Why::kOtherKinematic;

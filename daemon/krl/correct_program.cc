@@ -98,7 +98,7 @@ class Correction {
   const std::vector<std::string>& order() const { return order_; }
 
   /// Of the points among `keys`: other modules that compute the number of what they change, tools whose LOAD_DATA is
-  /// not the cell file's load, and S and T that fit no posture.
+  /// not the cell file's load, and S and T that are not those of the posture kept.
   std::vector<calib::Phrase> warnings(const std::set<std::string>& keys) const {
     std::set<std::pair<std::string, const ChangedNumbers*>> used;
     std::set<int> own_loads;  // of LOAD_DATA
@@ -140,7 +140,7 @@ class Correction {
     constexpr Why kOfTheMotion[] = {
         kToolNotKnown,    kBaseNotKnown,   kTwoFrames,    kExternalTool, kNoConfiguration,
         kPostureNotKnown, kOtherPosture,   kFrameChanged, kNoSuchTool,   kNoSuchBase,
-        kExternalBase,    kOtherKinematic, kLoadNotKnown, kNoSuchLoad};
+        kExternalBase,    kOtherKinematic, kLoadNotKnown, kNoSuchLoad,   kUncoupledBase};
     const bool of_the_motion = std::ranges::find(kOfTheMotion, why) != std::end(kOfTheMotion);
     refusals_.emplace(motion.point,
                       Refusal{why, of_the_motion ? program_.modules[motion.module].src : point.file,
@@ -215,7 +215,8 @@ class Correction {
       return view.status_turn(*here).status != view.status_turn(*postures_.at(first)).status;
     };
     if (!here || (!axes && !postures_.stated(other) && other_posture()))
-      return deny(Why::kNoConfiguration, other);
+      return deny(postures_.ignored(other.point) ? Why::kOtherPosture : Why::kNoConfiguration,
+                  other);
     ends_[index] = there->second;
   }
 
@@ -239,7 +240,8 @@ class Correction {
     if (motion.frames.external) return Why::kExternalTool;
     if (!motion.frames.tool) return Why::kToolNotKnown;
     if (const auto why = wrong_load(motion)) return listed(*why, motion, {}, load_number(motion));
-    if (const auto why = wrong_carrier(motion, point)) return why;
+    if (const auto why = wrong_carrier(motion, point))
+      return listed(*why, motion, {}, motion.frames.base->number);
     if (postures_.changed(motion, point.kind == PointKind::kAxes)) return Why::kFrameChanged;
     ControllerView* view = postures_.view_of(motion);
     if (view == nullptr) return listed(Why::kNoSuchTool, motion, {}, motion.frames.tool->number);

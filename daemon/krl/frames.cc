@@ -94,11 +94,11 @@ Isometry3d base_of_targets(const calib::Calibration& c, const std::array<std::st
   return base;
 }
 
-std::string snippet_of(const std::vector<ProposedFrame>& frames, const std::string& calibration) {
+std::string snippet_of(const std::vector<ProposedFrame>& frames, const FramesRequest& request) {
   std::string ascii;
-  for (const char c : calib::shown(calibration, 80))
+  for (const char c : calib::shown(request.calibration, 80))
     ascii += static_cast<unsigned char>(c) < 0x80 ? c : '?';
-  std::string text = "&ACCESS RVP\r\nDEF cellcal_frames( )\r\n; from " + ascii +
+  std::string text = "&ACCESS RVP\r\nDEF " + request.program + "( )\r\n; from " + ascii +
                      "\r\n; Every point that was taught in these frames moves with them. Keep a "
                      "backup of $config.dat.\r\n";
   for (const ProposedFrame& one : frames) {
@@ -132,7 +132,7 @@ ProposedFrames propose_frames(const calib::Calibration& calibration, const Frame
   result.mastering = calib::zero_offsets(calibration);
   for (const ProposedFrame& one : result.frames)
     result.config_lines += one.name + "=" + text_of(one.frame) + "\n";
-  result.snippet = snippet_of(result.frames, request.calibration);
+  result.snippet = snippet_of(result.frames, request);
   return result;
 }
 

@@ -21,6 +21,7 @@ struct FramesRequest {
   std::map<int, std::array<std::string, 3>> bases;  ///< by BASE_DATA: origin, on +x, on +y
   std::vector<KrlFile> controller;                  ///< $config.dat, $machine.dat
   std::string calibration;                          ///< its file name, for the comments
+  std::string program = "cellcal_frames";           ///< name of the snippet's routine and file
 };
 
 struct ProposedFrame {

@@ -21,10 +21,11 @@ void change(const std::vector<Token>& t, std::size_t at, const ChangePlace& plac
     changed.computed.emplace(place.file, place.line);
 }
 
-/// KUKA's own that only read a frame or load. Not SREAD, CREAD, EKI_GETFRAME, STRTOFRAME and the like.
-const Readers kReaders = {"ABS",   "SQRT",  "SIN",     "COS",     "TAN",     "ACOS",
-                          "ATAN2", "ROUND", "INVERSE", "FORWARD", "INV_POS", "EK",
-                          "LK",    "EB",    "EB_ABS",  "CAST_TO", "CWRITE",  "SWRITE"};
+/// KUKA's own that only read a frame, load or number. Not SREAD, CREAD, EKI_GETFRAME, STRTOFRAME and the like.
+const Readers kReaders = {"ABS",       "SQRT",    "SIN",     "COS",     "TAN",   "ACOS",  "ATAN2",
+                          "ROUND",     "INVERSE", "FORWARD", "INV_POS", "EK",    "LK",    "EB",
+                          "EB_ABS",    "CAST_TO", "CWRITE",  "SWRITE",  "STOOL", "SBASE", "SLOAD",
+                          "SIPO_MODE", "K_ROOT",  "K_TYPE",  "K_OFFS"};
 
 /// Index of the bracket that encloses tokens[at]; 0: none.
 std::size_t opening(const std::vector<Token>& t, std::size_t at) {
@@ -59,12 +60,6 @@ bool assigned(const std::vector<Token>& t, std::size_t at) {
     at = next;
   }
   return sign_at(t, at, '=') && !sign_at(t, at + 1, '=');
-}
-
-bool changes_at(const Line& line, std::size_t at, const Readers& readers) {
-  const auto& t = line.tokens;
-  return at == 0 || assigned(t, at) || declares(line) || is_point_type(t[0].word) ||
-         t[0].is("GLOBAL") || t[0].is("LOAD") || hands_over(t, at, readers);
 }
 
 bool same(const std::map<int, calib::FrameMmDeg>& ones,
@@ -102,6 +97,12 @@ std::optional<ChangePlace> ChangedNumbers::of(int number) const {
 
 std::optional<ChangePlace> ChangedNumbers::any() const {
   return numbers.empty() ? of(1) : std::optional(numbers.begin()->second);
+}
+
+bool changes_at(const Line& line, std::size_t at, const Readers& readers) {
+  const auto& t = line.tokens;
+  return at == 0 || assigned(t, at) || declares(line) || is_point_type(t[0].word) ||
+         t[0].is("GLOBAL") || t[0].is("LOAD") || hands_over(t, at, readers);
 }
 
 bool sets_kinematic_base(const std::vector<Token>& t) {

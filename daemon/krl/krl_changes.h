@@ -43,6 +43,9 @@ FrameChanges frame_changes(const std::vector<Line>& lines, const std::string& fi
                            const Readers& readers, const ControllerFrames& stated);
 void add_changes(const Line& line, const std::string& file, const Readers& readers,
                  const ControllerFrames& stated, FrameChanges& changes);
+/// True if the line may change the variable, or a component of it, at tokens[at]: assigns it, hides it by a declaration,
+/// or hands it to a routine other than `readers` and KUKA's that only read.
+bool changes_at(const Line& line, std::size_t at, const Readers& readers);
 /// $BASE=EK(MACHINE_DEF[n].ROOT,...): reads what it names.
 bool sets_kinematic_base(const std::vector<Token>& tokens);
 /// The places of `into` stay.

@@ -105,7 +105,7 @@ bool sets_component(const Line& line) {
 
 /// XP={...} of a point declared before, XP[1]={...} of an array of them; XS={...}, XS[1]={...} of any other type.
 void read_element(const Line& line, bool global, const std::string& file, Data& data) {
-  const auto given = read_given(line);
+  const auto given = read_given(line, true);
   const std::string& first = line.tokens[0].word;
   if (!given || given->name == first) forget_value(first, data);
   auto value = given ? read_aggregate(line.tokens, given->value) : std::nullopt;
@@ -118,7 +118,7 @@ void read_element(const Line& line, bool global, const std::string& file, Data& 
   const std::string name = given->element();
   if (global) data.globals.insert(given->name);
   if (const auto array = data.arrays.find(given->name); array != data.arrays.end()) {
-    if (given->index >= 0) keep_point({name, array->second, file, line.number, *value}, data);
+    if (name != given->name) keep_point({name, array->second, file, line.number, *value}, data);
     return;
   }
   if (data.scalars.count(name) + data.points.count(name) > 0)

@@ -2,6 +2,7 @@
 
 #include "calib/model/error.h"
 #include "daemon/krl/krl_calls.h"
+#include "daemon/krl/krl_state.h"
 
 namespace cellcal::daemon::krl {
 
@@ -152,6 +153,12 @@ void follow_copies(Program& program) {
   }
 }
 
+void count_changes_in(const KrlFile& file, const Readers& readers, const ControllerFrames& stated,
+                      ChangeCounts& counts) try {
+  if (!is_kukas_program(file.name)) count_changes(read_lines(file), readers, stated, counts);
+} catch (const calib::FileError&) {  // no text
+}
+
 }  // namespace
 
 void settle(Program& program) {
@@ -171,6 +178,36 @@ void settle(Program& program) {
       computed.emplace(key, std::move(refusal));
     }
   program.computed = std::move(computed);
+}
+
+void take_assigned(const std::vector<const KrlFile*>& files, const Readers& readers,
+                   Program& program) {
+  if (program.assigned.empty()) return;
+  ChangeCounts counts;
+  for (const KrlFile* file : files) count_changes_in(*file, readers, program.data, counts);
+  for (const auto& [module, tool, number, value] : program.assigned) {
+    if ((tool ? counts.tools : counts.bases)[number] != 1) continue;
+    FrameChanges& changes = program.modules[module].changes;
+    (tool ? changes.tools : changes.bases).numbers.erase(number);
+    (tool ? program.data.tools : program.data.bases)[number] = value;
+  }
+}
+
+void leave_unmoved(const Data& own, bool kukas, const std::string& where, const std::string& file,
+                   Program& program) {
+  std::set<std::string> refused;  // PTP XP[I] may go to any of them
+  for (std::size_t i = 0; i < program.modules.size(); ++i)
+    for (const Refusal& one : program.modules[i].refusals)
+      for (const std::string& module : {std::string(), "@" + std::to_string(i)})
+        refused.insert(variable_of(one.what) + module);
+  for (const auto& [name, point] : own.points) {
+    const std::string end = own.globals.count(variable_of(name)) > 0 ? "" : where;
+    if (name.starts_with('$') || program.points.count(name + end) > 0 ||
+        refused.count(variable_of(name) + end) > 0)
+      continue;
+    const std::string why = kukas ? "the controller's own program" : "no motion goes to it";
+    program.left.emplace(name + end, file.empty() ? why : why + file + point.file);
+  }
 }
 
 }  // namespace cellcal::daemon::krl

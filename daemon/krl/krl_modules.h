@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "daemon/krl/krl_program.h"
 
@@ -23,9 +24,18 @@ void forget(const std::set<std::string>& touched, bool all, Data& data);
 /// frames and loads that it touches are unknown. A module that is no text has none.
 void apply_beside(const KrlFile& module, const std::string& program, Data& known, Data& own);
 
+/// Frames that nothing but one assignment changes: in its module this is their value. Other modules may run before it.
+void take_assigned(const std::vector<const KrlFile*>& files, const Readers& readers,
+                   Program& program);
+
 /// Motions to copied points (XP2=XP1), which may go to all values of their group, and points whose value is unknown
 /// since statements read or change them.
 void settle(Program& program);
+
+/// Lists the points without a motion among those that stay. `where`: end of the keys of points that no other module sees;
+/// `file`: precedes the file's name in the reason; empty: it is not named.
+void leave_unmoved(const Data& own, bool kukas, const std::string& where, const std::string& file,
+                   Program& program);
 
 /// Imports of modules from each other.
 class Imports {

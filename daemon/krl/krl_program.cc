@@ -12,6 +12,7 @@
 #include "daemon/krl/krl_state.h"
 #include "daemon/krl/krl_types.h"
 #include "daemon/krl/own_position.h"
+#include "daemon/krl/point_value.h"
 
 namespace cellcal::daemon::krl {
 
@@ -25,6 +26,8 @@ const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
 const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT",
                                      "$POS_ACT_MES", "$AXIS_INT",      "$POS_INT"};
 constexpr const char* kHome = "$H_POS";
+/// Components of a FDAT.
+const std::set<std::string> kFrameData = {"TOOL_NO", "BASE_NO", "IPO_FRAME"};
 
 class Reader {
  public:
@@ -132,6 +135,8 @@ class Reader {
     const MotionKind kind = motion_kind(line);
     if (kind != MotionKind::kNone) ++own().motion_lines;
     if (kind != MotionKind::kNone && now == nullptr) return never(line);
+    if (const auto value = kind != MotionKind::kNone ? read_aggregate(t, 1) : std::nullopt)
+      if (leaves_the_arm(*value, data_.external)) return mention(line, value->after);
     if (kind == MotionKind::kRelative) {
       lose(line);
       if (together_) mention(line, 1);
@@ -307,7 +312,7 @@ class Reader {
     return true;
   }
 
-  /// [2] and .P after the name; false: a computed index.
+  /// [2], [1,2] and .P after the name; false: a computed index.
   static bool rest_of_name(const std::vector<Token>& t, std::size_t& at, std::string& name) {
     while (sign_at(t, at, '[') || (sign_at(t, at, '.') && at + 1 < t.size())) {
       if (sign_at(t, at, '.')) {
@@ -315,10 +320,10 @@ class Reader {
         at += 2;
         continue;
       }
-      int index = -1;
-      at = read_index(t, at, index);
+      std::string indices;
+      at = read_indices(t, at, indices);
       if (at == 0) return false;
-      name += "[" + std::to_string(index) + "]";
+      name += indices;
     }
     return true;
   }
@@ -385,10 +390,11 @@ class Reader {
     const auto& t = line.tokens;
     for (std::size_t i = from; i < t.size(); ++i) {
       if (t[i].kind != Kind::kWord) continue;
-      // STOOL2(FP1) and the like read a FDAT without changing it.
-      const bool read_only = i >= 2 && sign_at(t, i - 1, '(') &&
-                             (t[i - 2].is("STOOL2") || t[i - 2].is("SBASE") ||
-                              t[i - 2].is("SIPO_MODE") || t[i - 2].is("SLOAD"));
+      // STOOL2(FP1), FP1.TOOL_NO: of a FDAT, which is not changed.
+      const bool part =
+          sign_at(t, i + 1, '.') && i + 2 < t.size() && kFrameData.count(t[i + 2].word) > 0;
+      const bool read_only = part ? !changes_at(line, i, calls_.routines.readers())
+                                  : i >= 2 && sign_at(t, i - 1, '(') && t[i - 2].is("STOOL2");
       const bool home =
           i == 2 && t[0].is(kHome) && sign_at(t, 1, '=') && stays(t[i].word, false, false);
       if (!read_only && !home) mentioned_.emplace(t[i].word, line.number);
@@ -454,26 +460,6 @@ FrameChanges changes_for(const ProgramFiles& files, const Routines& routines, st
   return all;
 }
 
-void count_changes_in(const KrlFile& file, const Readers& readers, const ControllerFrames& stated,
-                      ChangeCounts& counts) try {
-  if (!is_kukas_program(file.name)) count_changes(read_lines(file), readers, stated, counts);
-} catch (const calib::FileError&) {  // no text
-}
-
-/// Frames that nothing but one assignment changes: in its module this is their value. Other modules may run before it.
-void take_assigned(const std::vector<const KrlFile*>& files, const Readers& readers,
-                   Program& program) {
-  if (program.assigned.empty()) return;
-  ChangeCounts counts;
-  for (const KrlFile* file : files) count_changes_in(*file, readers, program.data, counts);
-  for (const auto& [module, tool, number, value] : program.assigned) {
-    if ((tool ? counts.tools : counts.bases)[number] != 1) continue;
-    FrameChanges& changes = program.modules[module].changes;
-    (tool ? changes.tools : changes.bases).numbers.erase(number);
-    (tool ? program.data.tools : program.data.bases)[number] = value;
-  }
-}
-
 }  // namespace
 
 std::string name_of_key(const std::string& key) { return key.substr(0, key.find('@')); }
@@ -519,10 +505,7 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
   if (files.dat) texts.push_back(&*files.dat);
   take_assigned(texts, routines.readers(), program);
   settle(program);
-  for (const auto& [name, point] : program.data.points)
-    if (program.points.count(name) == 0 && program.left.count(name) == 0)
-      program.left[name] =
-          program.modules[0].kukas ? "the controller's own program" : "no motion goes to it";
+  leave_unmoved(program.data, program.modules[0].kukas, "", "", program);
   program.twice = program.data.refusals;
   return program;
 }
@@ -588,6 +571,9 @@ Program read_programs(const BackupFiles& files, const std::vector<std::string>& 
   if (!missing.empty())
     throw calib::FileError("--leave: no point is named " + calib::shown(*missing.begin()));
   settle(program);
+  for (std::size_t i = 0; i < own.size(); ++i)
+    leave_unmoved(own[i], program.modules[i].kukas, "@" + std::to_string(i), ", ", program);
+  leave_unmoved(seen, false, "", ", ", program);
   return program;
 }
 

@@ -39,6 +39,7 @@ enum class Why {
   kExternalTool,     ///< the tool is fixed in the cell, the arm carries the part
   kExternalAxes,     ///< an external axis that may carry the arm is not at 0, or moves
   kExternalBase,     ///< a positioner carries the base, and the calibration has none
+  kUncoupledBase,    ///< $BASE=BASE_DATA[n] sets a positioner's base, which then turns with no axis
   kNoExternalValue,  ///< position of the linear unit, or of the positioner that carries the base, missing
   kOtherUnit,        ///< the machine data have another linear unit than the calibration, or none
   kOtherKinematic,   ///< the machine data's external kinematic is not the calibration's positioner
@@ -68,7 +69,7 @@ struct Refusal {
   std::string file;
   int line = 0;
   std::string what;  ///< name of the point, tool or statement, as in the file
-  int number = -1;   ///< kNoSuchTool, kNoSuchBase, kNoSuchLoad
+  int number = -1;   ///< kNoSuchTool, kNoSuchBase, kNoSuchLoad, kUncoupledBase
   std::optional<calib::NotReached> reached = std::nullopt;
   Lost lost = {};  ///< for unknown frames and postures; `what` is a file for kShared, kFrameChanged
 };

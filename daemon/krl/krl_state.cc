@@ -7,6 +7,7 @@
 #include <set>
 
 #include "daemon/krl/krl_inline.h"
+#include "daemon/krl/krl_types.h"
 
 namespace cellcal::daemon::krl {
 
@@ -26,6 +27,27 @@ bool is_word(const std::vector<Token>& t, std::size_t at, const char* what) {
 }
 bool in(const std::set<std::string>& words, const Token& token) {
   return token.kind == Kind::kWord && words.count(token.word) > 0;
+}
+
+std::string words_of(const std::vector<Token>& t, std::size_t begin, std::size_t end) {
+  std::string all;
+  for (; begin < end; ++begin) all += t[begin].word;
+  return all;
+}
+
+/// Index of the argument of STOOL(n), SBASE(F.BASE_NO), EK(K_ROOT(n),K_TYPE(n),K_OFFS(n)) and the like from tokens[at];
+/// 0: none, or a calculation with them.
+std::size_t argument_at(const std::vector<Token>& t, std::size_t at) {
+  static const std::set<std::string> by_data = {"STOOL2", "STOOL", "SBASE", "SIPO_MODE", "SLOAD"};
+  const std::size_t behind = sign_at(t, at + 1, '(') ? closed(t, at + 1) : 0;
+  if (behind < at + 4 || (behind < t.size() && !sign_at(t, behind, ','))) return 0;
+  if (in(by_data, t[at])) return at + 2;
+  const std::size_t group = sign_at(t, at + 3, '(') ? closed(t, at + 3) : 0;
+  if (group < at + 6) return 0;
+  const std::string number = words_of(t, at + 3, group);
+  const bool by_kinematic = words_of(t, at, behind) ==
+                            "EK(K_ROOT" + number + ",K_TYPE" + number + ",K_OFFS" + number + ")";
+  return by_kinematic ? at + 4 : 0;
 }
 
 /// TRIGGER .. DO $BASE=..: an assignment or OUT parameter inside another statement.
@@ -195,11 +217,13 @@ std::optional<LoadRef> FrameState::load_at(const std::vector<Token>& t, std::siz
     const std::size_t behind = read_index(t, at + 1, number);
     return behind > 0 && ends(behind) ? std::optional(LoadRef{number, {}, {}}) : std::nullopt;
   }
-  if (is_word(t, at, "SLOAD") && at + 2 < t.size()) {
-    const auto data = data_.frames.find(t[at + 2].word);
-    return data != data_.frames.end() && data->second.tool >= 0
-               ? std::optional(LoadRef{data->second.tool, {}, {}})
-               : std::nullopt;
+  if (is_word(t, at, "SLOAD")) {
+    const std::size_t argument = argument_at(t, at);
+    if (argument == 0) return std::nullopt;
+    const auto data = data_.frames.find(t[argument].word);
+    const int number =
+        data != data_.frames.end() ? data->second.tool : slot_number(t[argument]).value_or(-1);
+    return number >= 0 ? std::optional(LoadRef{number, {}, {}}) : std::nullopt;
   }
   if (const auto value = read_aggregate(t, at); value && ends(value->after)) {
     parts = *value;
@@ -309,18 +333,21 @@ bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& fram
     return true;
   }
   const std::size_t value = at + 2;
-  const bool by_data = (is_word(t, value, "STOOL2") || is_word(t, value, "SBASE") ||
-                        is_word(t, value, "SIPO_MODE")) &&
-                       sign_at(t, value + 1, '(') && value + 2 < t.size();
-  if (by_data) {
+  const std::size_t argument = argument_at(t, value);
+  const char* const part = mode ? "IPO_FRAME" : tool ? "TOOL_NO" : "BASE_NO";
+  if (argument > 0 && (is_word(t, value, "STOOL2") || is_word(t, argument + 2, part))) {
     Frames named;
-    take(t[value + 2].word, line, named, wrong);
+    take(t[argument].word, line, named, wrong);
     if (!mode) set(frames, tool, tool ? named.tool : named.base, this->at(t[value].word, line));
     frames.external = named.external;
     return true;
   }
   if (mode) {
-    frames.external = !is_word(t, value, "#BASE");
+    frames.external = !is_word(t, argument > 0 ? argument : value, "#BASE");
+    return true;
+  }
+  if (argument > 0) {
+    set(frames, tool, numbered(slot_number(t[argument])), this->at(t[at].word, line));
     return true;
   }
   set(frames, tool, assigned(t, value, tool ? "TOOL_DATA" : "BASE_DATA"),
@@ -420,6 +447,19 @@ Line FrameState::with_numbers(Line line) const {
     if ((named->second->constant ? hidden_ : touched_).count(t[i].word) > 0) continue;
     t[i].kind = Kind::kNumber;
     t[i].value = named->second->value;
+  }
+  for (std::size_t i = 1; i + 3 < t.size() && !foreign_; ++i) {  // [F.TOOL_NO]
+    const bool tool = t[i + 2].is("TOOL_NO");
+    if (!sign_at(t, i - 1, '[') || !sign_at(t, i + 1, '.') || !(tool || t[i + 2].is("BASE_NO")) ||
+        !sign_at(t, i + 3, ']') || hidden_.count(t[i].word) > 0)
+      continue;
+    const auto data = data_.frames.find(t[i].word);
+    if (data == data_.frames.end()) continue;
+    used_.emplace(data->first, line.number);
+    t[i].kind = Kind::kNumber;
+    t[i].value = tool ? data->second.tool : data->second.base;
+    t.erase(t.begin() + static_cast<std::ptrdiff_t>(i) + 1,
+            t.begin() + static_cast<std::ptrdiff_t>(i) + 3);
   }
   return line;
 }

@@ -61,7 +61,7 @@ class FrameState {
                                   const State* entry);
   /// Runs one that sets frames, or after which they are unknown.
   void step(const Line& line, State& state) const;
-  /// With the values of INTs by name.
+  /// With the values of INTs by name, and of [F.TOOL_NO] and [F.BASE_NO].
   Line with_numbers(Line line) const;
   bool steps(const Line& line) const;
   static bool meet(State& into, const State& other);

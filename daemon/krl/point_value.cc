@@ -1,5 +1,6 @@
 #include "daemon/krl/point_value.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -73,6 +74,15 @@ std::optional<Why> wrong_value(const Point& point, const calib::ExternalAxes& ex
     if (numbers.count(name) == 0) return Why::kPartial;
   if (numbers.count("S") != numbers.count("T")) return Why::kPartial;
   return std::nullopt;
+}
+
+bool leaves_the_arm(const Aggregate& target, const calib::ExternalAxes& external) {
+  const auto apart = [&](const auto& one) {
+    const int axis = calib::external_axis(one.first);
+    return axis > 0 && external.leave_the_arm(axis);
+  };
+  return target.numbers.size() + target.words.size() > 0 &&
+         std::ranges::all_of(target.numbers, apart) && std::ranges::all_of(target.words, apart);
 }
 
 std::optional<StatusTurn> status_turn(const Point& point) {

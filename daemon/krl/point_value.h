@@ -41,6 +41,9 @@ inline constexpr int kAccurateBit = 16;
 std::optional<Why> wrong_value(const Point& point, const calib::ExternalAxes& external,
                                const std::set<int>& understood);
 
+/// The target of a motion of external axes alone, {E1 20}, none of which carries the arm: it keeps its axes.
+bool leaves_the_arm(const Aggregate& target, const calib::ExternalAxes& external);
+
 /// S and T, if stated.
 std::optional<StatusTurn> status_turn(const Point& point);
 /// kAccurateBit is set.

@@ -16,6 +16,8 @@ using Eigen::Isometry3d;
 
 /// Two ways to a place agree below.
 constexpr double kSameJointRad = 1e-6;
+/// An A5 below is 0, as in a home: a path from there may lead to either sign.
+constexpr double kStraightWristRad = 1e-4;
 /// Each follows the text; further ones follow loops and calls backwards.
 constexpr int kMostPasses = 8;
 
@@ -25,14 +27,20 @@ bool same_joints(const JointVector& a, const JointVector& b) {
   return a.size() == b.size();
 }
 
+bool either_wrist(const JointVector& q) { return std::abs(q[q.size() - 2]) < kStraightWristRad; }
+
 }  // namespace
 
 Postures::Postures(const Program& program, ControllerViews& views, const Carriers& carriers)
     : program_(program), views_(views), carriers_(carriers) {
   for (const Motion& motion : program.motions) before_.push_back(program.flow.before(motion.start));
+  selected_ = program.copied_to;
+  for (const Motion& motion : program.motions)
+    if (!motion.cp) selected_.insert(motion.point);
+  for (const bool as_stated : {false, true})
+    for (int pass = 0; pass < kMostPasses && fill(as_stated); ++pass) {
+    }
   find_ignored();
-  for (int pass = 0; pass < kMostPasses && fill(); ++pass) {
-  }
   for (std::size_t i = 0; i < program.motions.size(); ++i)
     if (joints_.count(i) == 0 && is_out_of_reach(program.motions[i])) never_.insert(i);
   while (remove_wrong()) {
@@ -99,17 +107,15 @@ std::optional<StatusTurn> Postures::stated(const Motion& motion) const {
 }
 
 void Postures::find_ignored() {
-  std::set<std::string> selected = program_.copied_to;
-  for (const Motion& motion : program_.motions)
-    if (!motion.cp) selected.insert(motion.point);
-  for (const Motion& motion : program_.motions) {
-    if (selected.count(motion.point) > 0) continue;
+  for (std::size_t i = 0; i < program_.motions.size(); ++i) {
+    const Motion& motion = program_.motions[i];
+    if (selected_.count(motion.point) > 0) continue;
     const auto tcp = target_of(motion);
-    if (!tcp) continue;
-    const Point& point = *point_of(motion);
-    const auto status = status_turn(point);
-    if (status && !view_of(motion)->joints(*tcp, *status, carriers_.unit_m(point)))
-      ignored_.insert(motion.point);
+    const auto status = tcp ? status_turn(*point_of(motion)) : std::nullopt;
+    if (!status) continue;
+    const auto own = view_of(motion)->joints(*tcp, *status, carriers_.unit_m(*point_of(motion)));
+    const auto kept = at(i);
+    if (!own || (kept && !same_joints(*kept, *own))) ignored_.insert(motion.point);
   }
 }
 
@@ -144,8 +150,8 @@ std::optional<JointVector> Postures::find_axes(const Motion& motion, const Point
              : std::nullopt;
 }
 
-/// With the starts that are known so far.
-std::optional<JointVector> Postures::find(std::size_t index) {
+/// With the starts that are known so far; `as_stated`: else by S and T also where only paths go.
+std::optional<JointVector> Postures::find(std::size_t index, bool as_stated) {
   const Motion& motion = program_.motions[index];
   const Point* const point = point_of(motion);
   if (point == nullptr) return std::nullopt;
@@ -153,22 +159,27 @@ std::optional<JointVector> Postures::find(std::size_t index) {
   const auto tcp = target_of(motion);
   if (!tcp) return std::nullopt;
   ControllerView* const view = view_of(motion);
-  if (const auto status = stated(motion))
-    return view->joints(*tcp, *status, carriers_.unit_m(*point));
+  const auto status = status_turn(*point);
+  const auto own = [&] {
+    return status ? view->joints(*tcp, *status, carriers_.unit_m(*point)) : std::nullopt;
+  };
+  if (status && selected_.count(motion.point) > 0) return own();
   bool all = false;
   const auto known = known_starts(index, joints_, all);
-  if (known.empty()) return std::nullopt;
-  return view->joints(*tcp, carriers_.at_the_unit(known.front(), *point));
+  std::optional<JointVector> q;
+  if (!known.empty() && !(either_wrist(known.front()) && (q = own())))
+    q = view->joints(*tcp, carriers_.at_the_unit(known.front(), *point));
+  return q || !as_stated ? q : own();
 }
 
 /// True if a further motion's posture is found.
-bool Postures::fill() {
+bool Postures::fill(bool as_stated) {
   bool news = false;
   for (std::size_t i = 0; i < program_.motions.size(); ++i) {
     if (joints_.count(i) > 0) continue;
-    const auto q = find(i);
+    const auto q = find(i, as_stated);
     if (q) joints_[i] = *q;
-    news = news || (q && !stated(program_.motions[i]));
+    news = news || q;
   }
   return news;
 }
@@ -178,9 +189,10 @@ std::optional<Why> Postures::wrong(std::size_t index, const JointsOfMotions& joi
   const Point& point = *point_of(motion);
   const bool follows = point.kind == PointKind::kCartesian && !stated(motion);
   if (!motion.cp && !follows) return std::nullopt;
-  const Why unknown = ignored(motion.point) ? Why::kWrongTurn : Why::kNoConfiguration;
+  const bool ignores = ignored(motion.point);
+  const Why unknown = ignores ? Why::kOtherPosture : Why::kNoConfiguration;
   const auto from = starts(index, joints);
-  if (from.empty()) return follows ? unknown : Why::kPostureNotKnown;
+  if (from.empty()) return follows && !ignores ? unknown : Why::kPostureNotKnown;
   ControllerView& view = *view_of(motion);
   if (!view.closed_form()) return Why::kNoClosedForm;
   const JointVector& q = joints.at(index);

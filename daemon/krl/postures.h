@@ -26,7 +26,7 @@ class Postures {
   std::optional<calib::JointVector> at(std::size_t motion) const;
   /// To a copied point whose own value no posture reaches: only its copies are moved to.
   bool never(std::size_t motion) const { return never_.count(motion) > 0; }
-  /// S and T of its point that select the posture; none of one for CP motions alone whose S and T fit no posture: the
+  /// S and T of its point; none of one for CP motions alone whose S and T are not those of the posture kept: the
   /// controller does not look at them.
   std::optional<StatusTurn> stated(const Motion& motion) const;
   bool ignored(const std::string& point) const { return ignored_.count(point) > 0; }
@@ -50,8 +50,8 @@ class Postures {
   void find_ignored();
   std::optional<Eigen::Isometry3d> target_of(const Motion& motion);
   std::optional<calib::JointVector> find_axes(const Motion& motion, const Point& point);
-  std::optional<calib::JointVector> find(std::size_t index);
-  bool fill();
+  std::optional<calib::JointVector> find(std::size_t index, bool as_stated);
+  bool fill(bool as_stated);
   bool remove_wrong();
 
   const Program& program_;
@@ -60,7 +60,8 @@ class Postures {
   std::vector<Before> before_;  ///< of each motion
   JointsOfMotions joints_;
   std::set<std::size_t> never_;
-  std::set<std::string> ignored_;  ///< points
+  std::set<std::string> selected_;  ///< points whose S and T select a posture: those of PTP and SPTP
+  std::set<std::string> ignored_;   ///< points whose S and T do not count
 };
 
 }  // namespace cellcal::daemon::krl

@@ -13,6 +13,7 @@
 #include "daemon/krl/krl_numbers.h"
 #include "daemon/krl/krl_types.h"
 #include "daemon/krl/own_position.h"
+#include "daemon/krl/point_value.h"
 
 namespace cellcal::daemon::krl {
 
@@ -134,12 +135,13 @@ class Rewriter {
  public:
   Rewriter(const KrlFile& src, std::size_t module, const Types& types,
            const std::set<std::string>& leave, const std::vector<std::string>& external,
-           const OwnPosition& own, std::set<std::string>& seen)
+           const calib::ExternalAxes& apart, const OwnPosition& own, std::set<std::string>& seen)
       : src_(src),
         module_(module),
         types_(types),
         leave_(leave),
         external_(external),
+        apart_(apart),
         own_(own),
         seen_(seen) {
     result_.src = src.name;
@@ -203,6 +205,7 @@ class Rewriter {
     const MotionKind kind = motion_kind(line);
     if (t.size() < 2 || (kind != MotionKind::kPoint && kind != MotionKind::kRelative)) return;
     ++result_.motions;
+    if (const auto value = read_aggregate(t, 1); value && leaves_the_arm(*value, apart_)) return;
     if (kind == MotionKind::kRelative) return relative(line);
     std::size_t at = to(line, 1);
     if (at > 0 && kArc.count(t[0].word) > 0 && sign_at(t, at, ',')) at = to(line, at + 1);
@@ -226,13 +229,17 @@ class Rewriter {
       if (place != nullptr && sign_at(t, at + 1, '=') && at + 2 < end)
         *place = src_.text.substr(t[at + 2].begin, t[end - 1].end - t[at + 2].begin);
       if (place == &with.base) with.carrier = kNotCarried;
-      if (place == &with.base && !external_.empty() && t[at + 2].is("SBASE") &&
-          sign_at(t, at + 3, '(') && closed(t, at + 3) > 0) {
-        place->erase(0, std::string_view("SBASE").size());
-        const std::size_t closing = closed(t, at + 3);  // after it an offset of that base
-        with.carrier =
-            kCarrier + src_.text.substr(t[at + 3].begin, t[closing - 1].end - t[at + 3].begin);
-        place->insert(0, kBase);
+      // SBASE(n), EK(K_ROOT(n),...); after it an offset of that base.
+      const bool coupled = sign_at(t, at + 3, '(') && word_at(t, at + 4) && t[at + 4].is("K_ROOT");
+      const std::size_t open = coupled ? at + 5 : at + 3;
+      const std::size_t number = sign_at(t, open, '(') ? closed(t, open) : 0;
+      const std::size_t whole = number > 0 ? closed(t, at + 3) : 0;
+      if (place == &with.base && !external_.empty() && whole >= number && whole > 0 &&
+          whole <= end && (coupled || t[at + 2].is("SBASE"))) {
+        const std::size_t first = t[open].begin, behind = t[whole - 1].end;
+        const std::string bracket = src_.text.substr(first, t[number - 1].end - first);
+        with.carrier = kCarrier + bracket;
+        *place = kBase + bracket + src_.text.substr(behind, t[end - 1].end - behind);
       }
       at = end;
     }
@@ -401,7 +408,7 @@ class Rewriter {
     const bool in_tool = std::ranges::any_of(t, [](const Token& one) { return one.is("#TOOL"); });
     const bool axes = target.type == "E6AXIS";
     const bool understood =
-        end > 0 && kRelativeWays.count(t[0].word) > 0 && !spline_.any() &&
+        end > 0 && kRelativeWays.count(t[0].word) > 0 && !with_of(t, spline_).any() &&
         (axes || target.type == "FRAME") &&
         (!axes || t[0].word.starts_with("PTP") || t[0].word.starts_with("SPTP"));
     const auto turns = [&] {
@@ -434,6 +441,7 @@ class Rewriter {
   const Types& types_;
   const std::set<std::string>& leave_;
   const std::vector<std::string>& external_;
+  const calib::ExternalAxes& apart_;
   const OwnPosition& own_;
   std::set<std::string>& seen_;
   With spline_;
@@ -507,13 +515,17 @@ RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<st
   const OwnPosition own(files, types);
   const std::set<std::string> left(leave.begin(), leave.end());
   std::set<std::string> seen;
+  Data data;
+  for (const KrlFile& file : files.controller) read_data(file, data);
+  // A base that they carry, or an axis of the calibration: CELLCAL_FIX has to know where they are.
+  if (!external.empty() || !data.external.carried_bases.empty()) data.external = {};
   RewrittenPrograms result;
   const bool of_r1 = std::ranges::find(files.controller, "/system/$config.dat", path_of) !=
                      files.controller.end();  // a backup of the folder R1 alone
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
     const KrlFile& src = files.modules[i].src;
     if (stays_as_it_is((of_r1 ? "/r1" : "") + path_of(src))) continue;
-    Rewriter rewriter(src, i, types, left, external, own, seen);
+    Rewriter rewriter(src, i, types, left, external, data.external, own, seen);
     if (is_kukas_program(src.name))
       rewriter.leave();
     else

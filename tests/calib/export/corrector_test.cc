@@ -147,6 +147,16 @@ TEST(Corrector, SaysWhatLiesTooFarAwayAtASingularityOrIsNoNumber) {
   EXPECT_EQ(refused(corrector.joints(far, seed)).why, Unreached::kNotANumber);
 }
 
+TEST(Corrector, StatesNoTurnNearASingularityThatIsWhereTheIterationEnded) {
+  const Robot& robot = testing::demo_cell().robot;
+  const auto of = [&](double deg) {
+    return words(NotReached{Unreached::kNearSingularity, 3, deg * kRadPerDeg}, robot);
+  };
+  EXPECT_NE(of(-45.0).find("A4 would have to turn by -45.0 deg"), std::string::npos) << of(-45.0);
+  for (const double deg : {829.6, -91.0, std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_EQ(of(deg).find_first_of("0123456789"), of(deg).find("4")) << of(deg);
+}
+
 TEST(Corrector, CorrectsAnArmOfSevenJointsByNewtonFromTheSeed) {
   Cell cell = testing::demo_cell();
   cell.robot = load_robot(CELLCAL_ROBOTS_FOLDER "/iiwa14.toml");

@@ -193,7 +193,7 @@ TEST(CellFile, NamesLineAndKeyOfWhatMakesNoSense) {
            {"id = \"S2\"", "id = \"S1\"", "occurs twice"},
            {"id = \"S2\"", "id = \"S,2\"", "target[2].id"},
            {"id = \"S2\"", "id = \"\"", "target[2].id"},
-           {"id = \"S2\"", "id = \" S2\"", "target[2].id"},
+           {"id = \"S2\"", "id = \" S2\"", "must not begin or end with a blank"},
            {"id = \"S2\"", "id = \"tool\"", "target[2].id"},
            {"between = [\"S1\", \"S2\"]", "between = [\"S1\", \"S1\"]", "two different"},
            {"between = [\"S1\", \"S2\"]", "between = [\"S1\"]", "two different"},

@@ -2,6 +2,7 @@
 
 #include "daemon/archive/versions.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -99,6 +100,22 @@ TEST_F(ACellsVersions, RollsBackOneByOneToTheFirst) {
   EXPECT_EQ(refusal(back), Why::kNothingBefore);
   EXPECT_EQ(in_use(), one);
   EXPECT_EQ(journal->activations().size(), 2u);
+}
+
+TEST_F(ACellsVersions, BeforeTheFirstOfALineAreNamedAsThoseOfOtherNumbers) {
+  const std::int64_t one = calibrate(), two = calibrate({.seed = 2});
+  put_into_use(one);
+  try {
+    roll_back(*journal, 0, {0, "2026-04-01T00:00:00.000Z", "ben", "a mistake"});
+    FAIL() << "session " << two << " was in use before, and was left by a step back";
+  } catch (const NotActivated& refused) {
+    EXPECT_EQ(
+        refused.what(),
+        fmt::format(
+            "session {}, which is in use, is the first of its line. Put another one into use by its "
+            "number: 'cellcal versions', 'cellcal activate ID'",
+            one));
+  }
 }
 
 TEST_F(ACellsVersions, ThatWereGivenBackDoNotComeAgainByARollBack) {

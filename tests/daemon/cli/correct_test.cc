@@ -389,6 +389,18 @@ TEST_F(Correct, AndFramesWriteAKrlProgramWithTheOldValuesInIt) {
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.out.find("TOOL_DATA[1]={X "), 0U) << outcome.out;
   EXPECT_NE(content(snippet).find(";   BASE_DATA[3]="), std::string::npos);
+  EXPECT_NE(content(snippet).find("\nDEF cellcal_frames( )\r\n"), std::string::npos);
+  written.back() = dir_ / "Frames_2.src";
+  EXPECT_EQ(run_program(written).status, 0);
+  EXPECT_NE(content(written.back()).find("\nDEF Frames_2( )\r\n"), std::string::npos);
+  for (const char* name : {"2_frames.src", "my-frames.src", "frames_of_line_three_cell.src"}) {
+    written.back() = dir_ / name;
+    const Outcome refused = run_program(written);
+    EXPECT_EQ(refused.status, 1) << refused.out;
+    EXPECT_NE(refused.err.find("\" is not a name of a KRL program"), std::string::npos)
+        << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(written.back()));
+  }
   auto as_json = all;
   as_json.emplace_back("--json");
   const auto json = nlohmann::json::parse(run_program(as_json).out);

@@ -119,7 +119,20 @@ TEST(APlan, IsATouchFileThatIdentifyReadsAndPredictContinuesFrom) {
   EXPECT_NE(five.err.find("--joints: 5 angles given, 6 needed: A1, A2, A3, A4, A5, A6\n"),
             std::string::npos)
       << five.err;
-  EXPECT_NE(by_values("none.csv").err.find("no such file"), std::string::npos);
+  for (const std::string& unusual : {std::string("none.csv"), std::string("-20,5;-80;90;0;30;0"),
+                                     std::string("{A1 20.5,A2 -80}"), std::string(400, '0') + ",x"})
+    EXPECT_NE(by_values(unusual).err.find(
+                  ": no such file. Give a CSV file, or one row by its values, with decimal "
+                  "points and commas between: A1,A2,A3,A4,A5,A6\n"),
+              std::string::npos)
+        << by_values(unusual).err;
+  EXPECT_NE(
+      by_values("0,-90,90,0,,0").err.find("cellcal predict: --joints: A5: \"\" is not a number"),
+      std::string::npos)
+      << by_values("0,-90,90,0,,0").err;
+  EXPECT_NE(by_values("0,400,90,0,0,0").err.find("warning: --joints: A2: 400 deg is outside"),
+            std::string::npos)
+      << by_values("0,400,90,0,0,0").err;
   std::ofstream(dir / "beyond.csv") << "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n200,-80,80,20,30,40\n";
   const Outcome beyond = run_program({CELLCAL, "predict", "--calibration", calibration, "--joints",
                                       dir / "beyond.csv", "--withheld"});
@@ -437,6 +450,17 @@ TEST(AnUnknownCommand, OrOptionIsShownWithTheNearestThatThereIs) {
       << option.err;
   const Outcome none = run_program({CELLCAL, "versions", "--cell", "c.toml"});
   EXPECT_EQ(none.err.find("cellcal versions: unknown option \"--cell\".\n"), 0u) << none.err;
+  const Outcome nested = run_program({CELLCAL, "fleet", "status", "--language", "de"});
+  EXPECT_EQ(nested.err.find("cellcal fleet status: unknown option \"--language\"."), 0u)
+      << nested.err;
+  const Outcome near =
+      run_program({CELLCAL, "proposals", "accept", "p-17", "--reson", "no", "--socket", "x"});
+  EXPECT_EQ(near.err.find("cellcal proposals accept: unknown option \"--reson\". Did you mean "
+                          "\"--reason\"?\n"),
+            0u)
+      << near.err;
+  const Outcome behind = run_program({CELLCAL, "proposals", "accept", "p-17", "--socket", "/no"});
+  EXPECT_EQ(behind.status, 1) << "an option of the connection may follow: " << behind.err;
   const Outcome before = run_program({CELLCAL, "--cell=c.toml", "run"});
   EXPECT_EQ(before.status, 2);
   EXPECT_EQ(before.err.find("cellcal run: --cell=c.toml is before the command. "), 0u)

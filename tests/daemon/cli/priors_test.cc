@@ -81,6 +81,8 @@ TEST(PriorsOfAFleet, GoFromCalibrationsToARobotFile) {
       run_program({CELLCAL, "priors", "accept", file, "--robot", drawn, "-o", robot});
   ASSERT_EQ(accepted.status, 0) << accepted.err;
   EXPECT_NE(accepted.out.find("old"), std::string::npos) << accepted.out;
+  EXPECT_NE(accepted.out.find("In the cell file: robot = \"/"), std::string::npos)
+      << "a relative one would be relative to the cell file: " << accepted.out;
   EXPECT_EQ(content(drawn), before);
   const calib::Robot mine = calib::load_robot(robot);
   EXPECT_NEAR(mine.joints[1].tolerance_length_m,

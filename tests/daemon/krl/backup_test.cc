@@ -415,6 +415,32 @@ TEST(AnImportedPoint, UnderAnotherNameIsRefusedByBoth) {
       Why::kUnknownPoint);
 }
 
+TEST(PointsWithoutAMotion, OfABackupAreListedWithTheirFile) {
+  const std::string point = "=" + taught_at(0) + "\n";
+  krl::BackupFiles files;
+  files.modules = {
+      module_named("A", "PTP XA\nPTP XARR[I]",
+                   "DECL E6POS XA" + point + "DECL E6POS XOLD" + point +
+                       "DECL E6POS XARR[2]\nXARR[1]" + point + "DECL GLOBAL E6POS XALL" + point),
+      module_named("B", "PTP XB", "DECL E6POS XB" + point + "DECL E6POS XOLD" + point),
+      module_named("bas", "", "DECL E6POS XKUKA" + point)};
+  files.data = {{"points.dat", "DECL GLOBAL E6POS XFAR" + point}};
+  files.controller = {
+      {"$config.dat", kConfig + ("DECL E6POS XSPARE" + point)},
+      {"$machine.dat", "E6AXIS $H_POS={A1 0.0,A2 0.0,A3 0.0,A4 0.0,A5 0.0,A6 0.0}\n"}};
+  std::string left;
+  for (const krl::LeftPoint& one : correct_backup(calibration(), files).left)
+    left += one.name + ": " + one.why + "\n";
+  EXPECT_EQ(left,
+            "XALL: no motion goes to it, A.dat\n"
+            "XFAR: no motion goes to it, points.dat\n"
+            "XHOME: home or mastering reference\n"
+            "XKUKA: the controller's own program, bas.dat\n"
+            "XOLD: no motion goes to it, A.dat\n"
+            "XOLD: no motion goes to it, B.dat\n"
+            "XSPARE: no motion goes to it, $config.dat\n");
+}
+
 TEST(HomesAndTheMasteringReference, Stay) {
   const auto result = corrected_together({module_named("A", "PTP XHOME\nPTP XMASREF")},
                                          "DECL GLOBAL E6POS XMASREF=" + taught_at(0) + "\n");

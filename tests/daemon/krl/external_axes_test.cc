@@ -46,6 +46,35 @@ TEST(ExternalAxes, ThatMayCarryTheArmAreRefusedAwayFrom0) {
   }
 }
 
+TEST(AMotionOfExternalAxesAlone, KeepsThePostureAndStaysAsWritten) {
+  const std::string apart = "INT $EX_AX_NUM=1\nDECL EX_KIN $EX_KIN={ET1 #EASYS,ET2 #NONE}\n";
+  const std::string pose = pose_text({0.2, -1.4, 1.5, 0.3, 0.8, 0.1}, false);
+  const auto corrected = [&](const std::string& motion, const std::string& machine) {
+    return krl::correct_program(
+        calibration(),
+        {{"p.src",
+          "DEF P()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP {A1 10,A2 -80,A3 85,A4 0,A5 45,A6 0}\n" +
+              motion + "LIN " + pose + "\nEND\n"},
+         {},
+         {{"$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"},
+          {"$machine.dat", machine}}});
+  };
+  const auto plain = corrected("", apart);
+  ASSERT_EQ(plain.points.size(), 2U) << all_words(plain);
+  for (const char* motion : {"PTP {E1 20}\n", "PTP_REL {E1 5} C_PTP\n", "SPTP {E6AXIS: E1 -7.5}\n",
+                             "LIN {E1 SPEED}\n", "ASYPTP {E1 20}\n"}) {
+    const auto result = corrected(motion, apart);
+    ASSERT_EQ(result.points.size(), 2U) << motion << all_words(result);
+    EXPECT_EQ(result.points[1].shift_mm, plain.points[1].shift_mm) << motion;
+    EXPECT_NE(result.files[0].text.find(motion), std::string::npos);
+    for (const char* machine : {"", "INT $EX_AX_NUM=1\nDECL EX_KIN $EX_KIN={ET1 #ERSYS}\n"})
+      EXPECT_FALSE(corrected(motion, machine).refusals.empty()) << motion << machine;
+  }
+  const auto some = corrected("PTP {A1 10}\n", apart);
+  EXPECT_NE(all_words(some).find("line 5: incomplete components"), std::string::npos)
+      << all_words(some);
+}
+
 TEST(ABaseThatAPositionerCarries, IsRefusedByName) {
   const std::string machine = "INT $EX_AX_NUM=1\nDECL EX_KIN $EX_KIN={ET1 #EASYS}\n";
   const std::string carried =

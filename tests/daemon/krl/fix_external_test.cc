@@ -646,14 +646,16 @@ TEST(RunTimeProgramWithExternalAxes, KeepsWhatCarriesTheBaseOfAMotionsOwnWith) {
       files_of(world,
                "SLIN XP WITH $TOOL=STOOL2(FP),$BASE=SBASE(FP.BASE_NO)\nPTP_REL {A1 5.0}\n"
                "SLIN XP WITH $TOOL=STOOL2(FP)\nSLIN XP WITH $BASE=BASE_DATA[2]\n"
-               "SLIN XP WITH $BASE=SBASE(1):XF",
+               "SLIN XP WITH $BASE=SBASE(1):XF\n"
+               "SLIN XP WITH $BASE=EK(K_ROOT(FP.BASE_NO),K_TYPE(FP.BASE_NO),K_OFFS(FP.BASE_NO))",
                "DECL E6POS XP\nFRAME XF\n");
   const auto with = rewrite_motions(files, {}, {"E1"}), without = rewrite_motions(files, {});
   ASSERT_EQ(with.files.size(), 1U);
   for (const char* own :
        {"CC_FIX_IN(XP,STOOL2(FP),CC_BASE(FP.BASE_NO),$IPO_MODE,$LOAD,CC_CARRIER(FP.BASE_NO)) WITH",
         ",A6 +0.0,E1 +0.0})", "STOOL2(FP),$BASE,$IPO_MODE,$LOAD,-1)",
-        "$TOOL,BASE_DATA[2],$IPO_MODE,$LOAD,0)", ",CC_BASE(1):XF,$IPO_MODE,$LOAD,CC_CARRIER(1))"})
+        "$TOOL,BASE_DATA[2],$IPO_MODE,$LOAD,0)", ",CC_BASE(1):XF,$IPO_MODE,$LOAD,CC_CARRIER(1))",
+        "CC_FIX_IN(XP,$TOOL,CC_BASE(FP.BASE_NO),$IPO_MODE,$LOAD,CC_CARRIER(FP.BASE_NO)) WITH"})
     EXPECT_NE(with.files[0].text.find(own), std::string::npos) << with.files[0].text;
   EXPECT_NE(without.files.at(0).text.find(",SBASE(FP.BASE_NO),"), std::string::npos);
   for (const auto* all : {&with, &without})

@@ -66,7 +66,7 @@ TEST(ALinearMotion, IsRefusedWhereAWayToItEndsElsewhere) {
       {"PTP XN\nSWITCH I\nCASE 1\nPTP XO\nENDSWITCH\nLIN XL\n", Why::kOtherPosture},
       {"PTP XN\nFOR I=1 TO 3\nLIN XL\nPTP XO\nENDFOR\n", Why::kOtherPosture},
       {"PTP XN\nWHILE B\nPTP XO\nENDWHILE\nLIN XL\n", Why::kOtherPosture},
-      {"PTP XN\nLOOP\nPTP XO\nIF B THEN\nEXIT\nENDIF\nPTP XN\nENDLOOP\nLIN XL\n",
+      {"PTP XL\nLOOP\nPTP XO\nIF B THEN\nEXIT\nENDIF\nPTP XN\nENDLOOP\nLIN XL\n",
        Why::kOtherPosture},
       {"PTP XN\nAGAIN:\nLIN XL\nPTP XO\nGOTO AGAIN\n", Why::kOtherPosture},
       {"PTP XN\nIF A THEN\nUNKNOWN()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nENDIF\n"
@@ -96,7 +96,7 @@ TEST(ACall, EndsWhereItsBodyDoes) {
             "");
   for (const std::string& called : {"IF A THEN\n" + std::string(kFlowFrames) + "PTP XO\nENDIF",
                                     sub + "SUB()\n" + again + "PTP XO"}) {
-    const auto bad = corrected_sub("PTP XN\nSUB()\n" + again + "LIN XL\n", called);
+    const auto bad = corrected_sub("PTP XL\nSUB()\n" + again + "LIN XL\n", called);
     ASSERT_FALSE(bad.refusals.empty()) << called;
     EXPECT_EQ(bad.refusals[0].why, Why::kOtherPosture) << all_words(bad);
   }

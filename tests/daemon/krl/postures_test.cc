@@ -97,19 +97,15 @@ TEST(ALinearMotion, ToAPointOfThePostureItBeginsInIsCorrected) {
   EXPECT_TRUE(correct_motions("PTP XUP\nCIRC XNEAR,XUP\n").refusals.empty());
 }
 
-TEST(ALinearMotion, ToAPointOfAnotherPostureIsRefused) {
+TEST(ALinearMotion, ToAPointThatAPtpSelectsInAnotherPostureIsRefused) {
   for (const char* motion : {"LIN XFLIPPED", "SLIN XFLIPPED", "CIRC XNEAR,XFLIPPED",
                              "SCIRC XFLIPPED,XNEAR", "SPL XFLIPPED"}) {
-    const auto result = correct_motions("PTP XUP\n" + std::string(motion) + "\n");
+    const auto result = correct_motions("PTP XFLIPPED\nPTP XUP\n" + std::string(motion) + "\n");
     ASSERT_FALSE(result.refusals.empty()) << motion;
     EXPECT_EQ(result.refusals[0].why, Why::kOtherPosture) << motion << "\n" << all_words(result);
-    EXPECT_EQ(result.refusals[0].line, 5);
+    EXPECT_EQ(result.refusals[0].line, 6);
     EXPECT_TRUE(result.files.empty());
   }
-  const auto again = correct_motions("PTP XFLIPPED\nPTP XUP\nLIN XFLIPPED\n");
-  ASSERT_EQ(again.refusals.size(), 1U) << all_words(again);
-  EXPECT_EQ(again.refusals[0].why, Why::kOtherPosture);
-  EXPECT_EQ(again.refusals[0].line, 6);
   EXPECT_TRUE(correct_motions("PTP XUP\nPTP XFLIPPED\nSPTP XNEAR\n").refusals.empty());
 }
 
@@ -121,9 +117,9 @@ TEST(ALinearMotion, WhoseBeginningIsNotKnownIsRefused) {
   }
 }
 
-/// Of a post-processor that writes S 0,T 0 in all points.
-std::string constant(const calib::JointVector& q) {
-  return pose_text(q, false).insert(pose_text(q, false).size() - 1, ",S 0,T 0");
+/// Of a post-processor that writes the same S and T in all points.
+std::string constant(const calib::JointVector& q, const std::string& bits = ",S 0,T 0") {
+  return pose_text(q, false).insert(pose_text(q, false).size() - 1, bits);
 }
 
 TEST(ALinearMotion, ToAPointWhoseStatusFitsNoPostureKeepsItsOwnWithAWarning) {
@@ -140,7 +136,9 @@ TEST(ALinearMotion, ToAPointWhoseStatusFitsNoPostureKeepsItsOwnWithAWarning) {
   ASSERT_EQ(result.warnings.size(), 1U);
   EXPECT_NE(
       calib::words(result.warnings[0])
-          .find("of 2 points of LIN, CIRC or splines match no posture, the first line 5 (p.src:5)"),
+          .find(
+              "of 2 points of LIN, CIRC or splines are not those of the posture before, which the "
+              "controller keeps on a path, the first line 5 (p.src:5)"),
       std::string::npos)
       << calib::words(result.warnings[0]);
   EXPECT_TRUE(plain.warnings.empty());
@@ -159,7 +157,47 @@ TEST(ALinearMotion, ToAPointWhoseStatusFitsNoPostureIsRefusedWhereAPtpUsesItOrTh
   EXPECT_EQ(refused_as("PTP XUP\nLIN XC\nPTP XC\n"), "wrong_turn ");
   EXPECT_EQ(refused_as("LIN XC\n"), "wrong_turn ");
   EXPECT_EQ(refused_as("IF $IN[1] THEN\nPTP XUP\nELSE\nPTP XFLIPPED\nENDIF\nLIN XC\n"),
-            "wrong_turn ");
+            "other_posture ");
+}
+
+/// The controller looks at S and T of a PTP alone: those of another posture, or of a whole turn more, change nothing.
+TEST(ALinearMotion, KeepsThePostureBeforeWhateverStatusItsPointStates) {
+  const StatusAndTurn right = status_and_turn(cell().robot, kNear);
+  const auto bits = [](int status, int turn) {
+    return ",S " + std::to_string(status) + ",T " + std::to_string(turn);
+  };
+  const std::string frame = pose_text(kUp, false);
+  const auto plain = correct_motions("PTP XUP\nLIN XNEAR\nLIN " + frame + "\n");
+  ASSERT_EQ(plain.points.size(), 3U) << all_words(plain);
+  for (const std::string& other :
+       {bits(right.status ^ 4, 10), bits(right.status, right.turn ^ 8),
+        bits(right.status, right.turn ^ 32), bits(right.status ^ 1, right.turn)}) {
+    const auto result = correct_motions("PTP XUP\nLIN " + constant(kNear, other) + "\nLIN " +
+                                        frame + "\nLIN XUP\n");
+    ASSERT_EQ(result.points.size(), 3U) << other << all_words(result);
+    for (const std::size_t i : {1U, 2U})
+      EXPECT_LT((result.points[i].shift_mm - plain.points[i].shift_mm).norm(), 1e-9) << other;
+    EXPECT_NE(result.files[0].text.find(other), std::string::npos);
+    EXPECT_EQ(result.warnings.size(), 1U) << other;
+  }
+}
+
+TEST(ALinearMotion, FromA5AtZeroHasTheSideThatItsPointStates) {
+  const std::string home = "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\n";
+  krl::ProgramFiles f = {
+      {"p.src", "DEF p()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XHOME\nLIN XP\nEND\n"}, {}, {}};
+  f.controller = {
+      {"$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n" + home}};
+  const auto to = [&](const calib::JointVector& q) {
+    f.dat = krl::KrlFile{"p.dat", "DECL E6POS XP=" + pose_text(q) + "\n"};
+    return correct_program(calibration(), f);
+  };
+  const auto near = to(kNear), flipped = to(kFlipped);
+  EXPECT_NE(near.refusals.empty(), flipped.refusals.empty()) << "A5 at 0 is of one side";
+  for (const auto* one : {&near, &flipped}) {
+    EXPECT_TRUE(one->warnings.empty());
+    for (const krl::Refusal& refusal : one->refusals) EXPECT_EQ(refusal.why, Why::kOtherPosture);
+  }
 }
 
 TEST(ALinearMotion, MayBeginAtAPointThatIsLeft) {
@@ -168,8 +206,8 @@ TEST(ALinearMotion, MayBeginAtAPointThatIsLeft) {
   EXPECT_TRUE(left.refusals.empty()) << all_words(left);
   EXPECT_EQ(left.points.size(), 1U);
   const auto other = correct_motions("PTP XFLIPPED\nLIN XNEAR\n", {{"XFLIPPED"}});
-  ASSERT_EQ(other.refusals.size(), 1U) << all_words(other);
-  EXPECT_EQ(other.refusals[0].why, Why::kOtherPosture);
+  EXPECT_TRUE(other.refusals.empty()) << all_words(other);
+  EXPECT_EQ(other.warnings.size(), 1U);
   const auto twice =
       correct_motions("PTP XHOME\nLIN XNEAR\n", {},
                       "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 -20.0,A6 0.0}\n");

@@ -205,14 +205,15 @@ TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
 TEST(ARefusal, HasTheNameOfItsEnumeratorInFiles) {
   std::string all;
   for (const Why why : all_values<Why>()) all += std::string(all.empty() ? "" : " ") + name_of(why);
-  EXPECT_EQ(all,
-            "computed array geometric_operator relative_motion partial not_a_number unknown_point "
-            "declared_twice global imported elsewhere shared tool_not_known base_not_known "
-            "no_such_tool no_such_base load_not_known no_such_load frame_changed "
-            "no_such_frame_data two_frames external_tool external_axes external_base "
-            "no_external_value other_unit other_kinematic outside_touched no_configuration "
-            "posture_not_known other_posture wrong_turn not_reached outside_scope not_verified "
-            "own_position not_restored no_closed_form");
+  EXPECT_EQ(
+      all,
+      "computed array geometric_operator relative_motion partial not_a_number unknown_point "
+      "declared_twice global imported elsewhere shared tool_not_known base_not_known "
+      "no_such_tool no_such_base load_not_known no_such_load frame_changed "
+      "no_such_frame_data two_frames external_tool external_axes external_base "
+      "uncoupled_base no_external_value other_unit other_kinematic outside_touched no_configuration "
+      "posture_not_known other_posture wrong_turn not_reached outside_scope not_verified "
+      "own_position not_restored no_closed_form");
 }
 
 TEST(AFrame, ThatIsUnknownIsSoSinceTheStatement) {
@@ -429,6 +430,14 @@ TEST(WhatIsNoKrl, IsRefusedByFileAndLine) {
   };
   EXPECT_NE(refusal(std::string("PTP \0 X", 7)).find("p.src: byte 12 is NUL"), std::string::npos);
   EXPECT_NE(refusal(std::string(20000, 'A') + "\n").find("p.src:2: longer"), std::string::npos);
+  try {
+    calib::krl::read_lines({"backup.zip", std::string("PK\3\4\x14\0\0\0", 8)});
+    FAIL();
+  } catch (const calib::FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("backup.zip: a ZIP archive, no KRL file"),
+              std::string::npos)
+        << error.what();
+  }
   EXPECT_NE(refusal(std::string(17u << 20, '\n')).find("more than 16 MB"), std::string::npos);
 }
 
@@ -456,10 +465,29 @@ TEST(APoint, DeclaredAndSetInTwoLinesOfItsFileHasThatValue) {
   ASSERT_EQ(two.points.size(), 1U) << all_words(two);
   EXPECT_EQ(two.points[0].shift_mm, one.points.at(0).shift_mm);
   EXPECT_EQ(two.points[0].line, 2);
-  const std::string grid = "DECL FRAME XG[2,2]\nXG[1,1]={X 1,Y 0,Z 0}\nXG[1,2]={X 2,Y 0,Z 0}\n";
-  const auto beside = correct(std::string(kFrames) + "LIN XG[1,2]\n", grid);
-  ASSERT_EQ(beside.refusals.size(), 1U) << all_words(beside);
-  EXPECT_EQ(beside.refusals[0].why, Why::kArray) << "no element of two subscripts is one set twice";
+}
+
+TEST(APoint, OfAnArrayOfSeveralIndicesHasItsOwnValue) {
+  const std::string frames = kFrames, one = point();
+  const std::string grid = "DECL E6POS XG[2,2]\nXG[1,1]=" + one + "\nXG[1,2]={X 2,Y 0,Z 0}\n" +
+                           "STRUC SEAM E6POS P,INT NR\nDECL SEAM XS[2,2,2]\nXS[2,1,2]={P " + one +
+                           ",NR 1}\n";
+  for (const char* name : {"XG[1,1]", "XG[ 1 , 1 ]", "XS[2,1,2].P"}) {
+    const auto result = correct(frames + "PTP " + name + "\n", grid);
+    ASSERT_EQ(result.points.size(), 1U) << name << all_words(result);
+    EXPECT_EQ(result.points[0].shift_mm,
+              correct(frames + "PTP XP1\n", declared(one)).points.at(0).shift_mm);
+    EXPECT_EQ(result.points[0].name.find(' '), std::string::npos) << name;
+  }
+  const auto why = [&](const std::string& name) {
+    return correct(frames + "PTP " + name + "\n", grid).refusals.at(0).why;
+  };
+  EXPECT_EQ(why("XG[1,2]"), Why::kPartial);
+  EXPECT_EQ(why("XG[2,1]"), Why::kArray);
+  EXPECT_EQ(why("XG[1,I]"), Why::kArray);
+  EXPECT_EQ(why("XG[1,1"), Why::kArray);
+  EXPECT_EQ(correct(frames + "PTP XG[1,1]\n", grid + "XG[1,1]=" + one + "\n").refusals.at(0).why,
+            Why::kDeclaredTwice);
 }
 
 TEST(AFileWithoutAProgram, IsRefusedByName) {

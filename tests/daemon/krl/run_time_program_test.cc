@@ -133,6 +133,43 @@ TEST(RunTimeProgram, GivesToolBaseAndLoadOfTheMotionsOwnWith) {
             "ENDSPLINE\r\nLIN CC_FIX(XP1)");
 }
 
+TEST(RunTimeProgram, LeavesMotionsOfExternalAxesThatCarryNothingKnown) {
+  const std::string apart = "INT $EX_AX_NUM=1\nDECL EX_KIN $EX_KIN={ET1 #EASYS,ET2 #NONE}\n";
+  const auto rewritten = [](const std::string& machine, const std::vector<std::string>& external) {
+    krl::BackupFiles files;
+    files.modules = {{{"p.src", program("PTP {E1 20}\r\nPTP_REL {E1 5}\r\nLIN XP1")},
+                      krl::KrlFile{"p.dat", kDat},
+                      {},
+                      {}}};
+    files.controller = {{"$machine.dat", machine}};
+    return rewrite_motions(files, {}, external);
+  };
+  const auto result = rewritten(apart, {});
+  ASSERT_EQ(result.files.size(), 1U);
+  EXPECT_EQ(result.files[0].text, program("PTP {E1 20}\r\nPTP_REL {E1 5}\r\nLIN CC_FIX(XP1)"));
+  EXPECT_TRUE(rewritten("", {}).files.empty());
+  EXPECT_TRUE(rewritten(apart, {"E1"}).files.empty());
+  EXPECT_TRUE(rewritten(apart + "MACHINE_FRAME_DAT[2]={MACH_DEF_INDEX 2}\n", {}).files.empty());
+}
+
+/// CC_BY computes with the active ones.
+TEST(RunTimeProgram, RefusesARelativeMotionWithToolBaseLoadOrModeOfItsOwn) {
+  for (const char* with : {"$TOOL=TOOL_DATA[1]", "$BASE=BASE_DATA[2]", "$LOAD=LOAD_DATA[1]",
+                           "$IPO_MODE=#TCP", "$VEL.CP=0.2,$BASE=SBASE(FP1.BASE_NO)"}) {
+    const std::string own = std::string(" WITH ") + with + " C_SPL";
+    EXPECT_EQ(line_of("SLIN_REL {X 100}" + own), "relative_motion") << with;
+    EXPECT_EQ(line_of("SLIN_REL {X 100} #TOOL" + own), "relative_motion") << with;
+    EXPECT_EQ(line_of("SPTP_REL {A1 10}" + own), "relative_motion") << with;
+    EXPECT_EQ(line_of("SPLINE\r\nSLIN_REL {X 100}" + own + "\r\nENDSPLINE"), "relative_motion")
+        << with;
+  }
+  EXPECT_EQ(line_of("SPLINE WITH $BASE=BASE_DATA[2]\r\nSLIN_REL {X 100}\r\nENDSPLINE"),
+            "relative_motion");
+  EXPECT_EQ(
+      line_of("SLIN_REL {Z 60.0} WITH $VEL.CP=0.2"),
+      "SLIN_REL CC_BY({FRAME:  Z 60.0,  X +0.0,Y +0.0,A +0.0,B +0.0,C +0.0}) WITH $VEL.CP=0.2");
+}
+
 TEST(RunTimeProgram, LeavesHomesAndNamedPointsWhereTheyAre) {
   EXPECT_EQ(line_of("PTP XHOME"), "PTP CC_STAY(XHOME)");
   EXPECT_EQ(line_of("PTP $AXIS_ACT"), "PTP CC_STAY($AXIS_ACT)");
