@@ -105,8 +105,10 @@ std::string status(Controller& c) {
 }
 
 std::string status_of_eki(EkiController& c) {
-  return fmt::format("{}, {}, {} moves", c.ready() ? "ready" : "not ready",
-                     c.connected() ? "a client is connected" : "no client", c.moves());
+  const std::string fault = c.fault();
+  return fmt::format("{}, {}, {} moves{}", c.ready() ? "ready" : "not ready",
+                     c.connected() ? "a client is connected" : "no client", c.moves(),
+                     fault.empty() ? "" : ", pendant: " + fault);
 }
 
 }  // namespace

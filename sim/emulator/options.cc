@@ -357,6 +357,45 @@ void apply_space_limits(const RsiContextFile& context, const RsiObject& correcto
       monitor == nullptr ? kDefaultMonitorDeg : number(*monitor, "MaxRotAngle", kDefaultMonitorDeg);
 }
 
+/// INDX of the element NAME or NAME.ATTRIBUTE; 0: internal, or none.
+int channel_of(const std::vector<RsiElement>& elements, const std::string& name,
+               const std::string& attribute) {
+  const auto found = std::ranges::find(elements, attribute.empty() ? name : name + "." + attribute,
+                                       &RsiElement::tag);
+  return found == elements.end() ? 0 : found->index;
+}
+
+/// Of an input of the ETHERNET object; other objects than these are not emulated.
+RsiSentValue::Of source_of(const RsiContextFile& context, const drivers::RsiInput* input) {
+  using Of = RsiSentValue::Of;
+  constexpr double kModeOp = 5;
+  for (const RsiObject& one : context.objects) {
+    if (input == nullptr || one.id != input->from) continue;
+    const auto is = [&](const char* type) { return drivers::wire::same_name(one.type, type); };
+    if (is("STATUS") && number(one, "Type", kModeOp) == kModeOp) return Of::kMode;
+    if (is("OV_PRO")) return Of::kOverride;
+    if (is("DIGIN")) return Of::kInput;
+  }
+  return Of::kConstant;
+}
+
+/// The context's wires replace what `channel` concludes from names.
+void apply_wires(const RsiContextFile& context, const RsiChannelFile& file,
+                 const RsiObject& ethernet, RsiChannelConfig& channel) {
+  for (RsiSent& sent : channel.send)
+    for (RsiSentValue& value : sent.values)
+      if (const int index = channel_of(file.send, sent.name, value.name); index > 0)
+        value.of = source_of(context, ethernet.input(index));
+  const RsiObject* stop = context.only("STOP");
+  const drivers::RsiInput* from = stop == nullptr ? nullptr : stop->input(1);
+  for (RsiReceived& value : channel.receive) {
+    if (value.role == RsiRole::kStop) value.role = RsiRole::kOther;
+    if (from != nullptr && from->from == ethernet.id &&
+        from->from_index == channel_of(file.receive, value.element, value.attribute))
+      value.role = RsiRole::kStop;
+  }
+}
+
 void check_release(const RsiContextFile& context, EmulatorOptions& options) {
   if (options.rsi_version == 0) options.rsi_version = context.rsi_version;
   if (drivers::rsi_format(options.rsi_version) == context.rsi_version) return;
@@ -527,6 +566,7 @@ void apply_context(const RsiContextFile& context, const RsiChannelFile& channel,
   if (const RsiObject* stop = context.only("STOP"); stop != nullptr && stop->input(1) != nullptr) {
     check_index(channel, context, *stop->input(1));
   }
+  if (controller.channel) apply_wires(context, channel, *ethernet, *controller.channel);
 }
 
 void load_rsi(EmulatorOptions& options) {

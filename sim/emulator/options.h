@@ -55,8 +55,8 @@ void add_rsi_options(CLI::App& app, EmulatorOptions& options);
 
 // RSI's signal flow context, loaded by the emulated controller as by the real one at RSI_CREATE.
 
-/// Reads Precision, Timeout, limits and monitor from `options.rsi_context` (.rsi.xml or .rsix), and
-/// the packets' destination from `options.rsi_xml`, unless specified by other options.
+/// Reads Precision, Timeout, limits, monitor and the channel's wires from `options.rsi_context` (.rsi.xml or .rsix),
+/// and the packets' destination from `options.rsi_xml`, unless specified by other options.
 ///
 /// Throws std::invalid_argument with the controller's message if the controller would refuse it,
 /// and drivers::ConfigError if a file is not readable. Features of a real controller that are not

@@ -110,6 +110,7 @@ void EkiController::bind_variables() {
   };
   frames("TOOL_DATA", config_.tool_data);
   frames("BASE_DATA", config_.base_data);
+  system("LOAD_DATA").set_all(0.0);
   program_.variable("$AXIS_ACT_MEAS").read = [this](Value& value, std::size_t) {
     set_axes(value, measured());
   };

@@ -3,12 +3,12 @@
 // meaning of a reply's elements. The same file that is installed on the controller, cellcal's own
 // or any other.
 //
-// The file does not define the wiring of its channels, which is in the RSI context. Elements are
-// therefore identified by name: A1.. are axis corrections, E1.. external ones, X Y Z A B C
-// Cartesian ones, and a BOOL whose name contains "stop" is the STOP object. All others are accepted
-// without effect. Of the elements sent, Mode is STATUS of type Mode_Op, a name that contains
-// "ovpro" is OV_PRO, and one that contains "contact" the contact input (DIGIN); ProgStatus is 3,
-// all others 0.
+// The file does not define the wiring of its channels, which is in the RSI context (apply_context in
+// sim/emulator). Without one elements are identified by name: A1.. are axis corrections, E1.. external
+// ones, X Y Z A B C Cartesian ones, and a BOOL whose name contains "stop" is the STOP object. All
+// others are accepted without effect. Of the elements sent, Mode is STATUS of type Mode_Op, a name
+// that contains "ovpro" is OV_PRO, and one that contains "contact" the contact input (DIGIN);
+// ProgStatus is 3, all others 0.
 
 #include <array>
 #include <cstdint>

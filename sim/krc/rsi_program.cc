@@ -43,11 +43,6 @@ void fill(Value& value, const std::vector<double>& numbers, double otherwise) {
     value.parts[i].set(i < numbers.size() ? numbers[i] : otherwise);
 }
 
-void give_values(Value& value) {
-  if (value.parts.empty()) value.set(0.0);
-  for (Value& part : value.parts) give_values(part);
-}
-
 }  // namespace
 
 RsiProgram::RsiProgram(const std::string& text)
@@ -63,7 +58,7 @@ RsiProgram::RsiProgram(const std::string& text)
       return fine;
     });
   };
-  for (const char* name : {"TOOL_DATA", "BASE_DATA", "LOAD_DATA"}) give_values(program_[name]);
+  for (const char* name : {"TOOL_DATA", "BASE_DATA", "LOAD_DATA"}) program_[name].set_all(0.0);
   for (const char* name :
        {"RSI_RESET", "RSI_OFF", "RSI_DELETE", "RSI_LOAD", "RSI_ACTIVATE", "RSI_PROCESS_OFF"})
     bind(name, [](Arguments) {});

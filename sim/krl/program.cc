@@ -114,6 +114,11 @@ void Value::set(double number) {
   given = true;
 }
 
+void Value::set_all(double number) {
+  if (parts.empty()) set(number);
+  for (Value& one : parts) one.set_all(number);
+}
+
 void Value::set_whole(std::int32_t whole) {
   i = whole;
   given = true;

@@ -67,6 +67,7 @@ struct Value {
   std::string text() const;
 
   void set(double number);               ///< INT (rounded), REAL
+  void set_all(double number);           ///< every INT and REAL in it
   void set_whole(std::int32_t whole);    ///< INT, BOOL, CHAR or ENUM
   void set_text(std::string_view text);  ///< throws RunError where the array is too short
   void clear();                          ///< without a value

@@ -90,6 +90,24 @@ TEST(Operator, StopsAndResetsTheEkiProgram) {
   EXPECT_TRUE(has(obey(krc, "t2"), "not ready"));
 }
 
+TEST(Operator, ReadsAFaultOfTheEkiProgram) {
+  drivers::EkiFilesConfig files;
+  files.tool = 20;  // beyond TOOL_DATA[16]
+  EkiControllerConfig config;
+  config.files = drivers::eki_files(files);
+  EkiServerOptions options;
+  options.port = 0;
+  EkiServer krc(config, options);
+  krc.start();
+  std::string status;
+  for (int i = 0; i < 1000 && !has(status, "pendant: "); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    status = obey(krc, "status");
+  }
+  EXPECT_TRUE(has(status, "not ready")) << status;
+  EXPECT_TRUE(has(status, "pendant: cellcal_eki.src")) << status;
+}
+
 TEST(Operator, FifoIsMadeAndGivesLineByLine) {
   const std::string path =
       (std::filesystem::temp_directory_path() / ("cellcal_control_" + std::to_string(::getpid())))

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
+#include "calib/files/input_file.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "sim/emulator/options.h"
 
@@ -36,6 +38,7 @@ class InstalledFiles : public ::testing::TestWithParam<int> {
     EmulatorOptions options;
     options.rsi_xml = folder / "cellcal_rsi_ethernet.xml";
     options.rsi_context = folder / context;
+    options.controller.channel = RsiChannelConfig::parse(calib::read_file(options.rsi_xml));
     load_rsi_context(options);
     return options.controller;
   }
@@ -113,6 +116,43 @@ TEST_P(InstalledFiles, WiredCrosswiseAreNotEmulated) {
   const std::string to = GetParam() == 3 ? "InIdx=\"2\" OutObjID=\"ETHERNET1\" OutIdx=\"3\""
                                          : "InIdx=\"1\" OutObjId=\"Ethernet_1\" OutIdx=\"2\"";
   EXPECT_THROW(loaded(config, from, to), std::invalid_argument);
+}
+
+/// The elements that a controller at 40 % in T1, with its input on, sends besides its position.
+std::string sent_by(const ControllerConfig& controller) {
+  RsiValues values;
+  values.mode = 1;
+  values.override_percent = 40.0;
+  values.input_on = true;
+  const std::string packet = format_packet(*controller.channel, values, 1);
+  const std::size_t delay = packet.find("<Delay"), begin = packet.find('>', delay) + 1;
+  return packet.substr(begin, packet.find("<IPOC>") - begin);
+}
+
+std::size_t stops(const ControllerConfig& controller) {
+  return static_cast<std::size_t>(
+      std::ranges::count(controller.channel->receive, RsiRole::kStop, &RsiReceived::role));
+}
+
+TEST_P(InstalledFiles, AreWiredByTheContextWhateverTheNames) {
+  drivers::RsiFilesConfig config;
+  config.stop_tag = "Halt";
+  config.mode_tag = "Betrieb.Art";
+  config.override_tag = "Betrieb.Ov";
+  config.contact_tag = "Kontakt.In";
+  config.input = 7;
+  EXPECT_EQ(sent_by(loaded(config)), R"(<Betrieb Art="1" Ov="40.0"/><Kontakt In="1"/>)");
+  EXPECT_EQ(stops(loaded(config)), 1U);
+  // The mode's channel from OV_PRO.
+  const ControllerConfig crossed =
+      GetParam() == 3 ? loaded(config, "\"STATUS1\" OutIdx", "\"OV_PRO1\" OutIdx")
+                      : loaded(config, "\"Status_1\" OutIdx", "\"OV_PRO_1\" OutIdx");
+  EXPECT_EQ(sent_by(crossed), R"(<Betrieb Art="40.0" Ov="40.0"/><Kontakt In="1"/>)");
+  config.stop_tag = "StopNow";
+  const ControllerConfig unwired = GetParam() == 3
+                                       ? loaded(config, "ObjType=\"STOP\"", "ObjType=\"OTHER\"")
+                                       : loaded(config, "ObjType=\"Stop\"", "ObjType=\"Other\"");
+  EXPECT_EQ(stops(unwired), 0U);
 }
 
 TEST_P(InstalledFiles, OfAnotherReleaseAreRefused) {

@@ -121,6 +121,16 @@ TEST_F(EkiKrc, SendsFiftyStatesASecond) {
   EXPECT_EQ(states, 100);
 }
 
+TEST_F(EkiKrc, TakesTheLoadOfAnyNumber) {
+  drivers::EkiFilesConfig files;
+  files.load = 3;
+  EkiControllerConfig config = usual();
+  config.files = drivers::eki_files(files);
+  make(config);
+  run(40ms);
+  EXPECT_TRUE(krc->ready());
+}
+
 TEST_F(EkiKrc, TellsItsLongestPassWhileSomebodyIsObeyedAndIsSlowerOtherwise) {
   make();
   run(200ms);
