@@ -341,6 +341,9 @@ TcpCheck TcpChecker::judge(const std::vector<Touch>& made, const std::vector<std
     Explanation one = explain(change, contacts, alarm_.covariance(), unmet);
     logs.push_back(one.log_likelihood + std::log(change.weight));
     if (change.kind == ChangeKind::kTouch) one.touch = planned[change.index];
+    // One shift has one size: that of the check, which no usual size draws towards zero.
+    if (check.explanations.size() == 1 && one.kind == ChangeKind::kTool && one.amount == 0.0)
+      put_size(shift.size, shift.covariance, one);
     check.explanations.push_back(std::move(one));
     weight.push_back(kChangedBefore * change.weight);
   }

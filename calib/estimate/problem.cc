@@ -166,9 +166,7 @@ void Problem::weigh(std::size_t i) {
   const int tool = arm_.tool_index(touch.tool);
   const Target& target = cell_.targets[target_of_[i]];
   residuals_[i] = residual_of(touch, target, nominal_radius_m(target, tool), has_turns);
-  const auto carriers = carrier_rad(touch, target);
-  poses_[i] = arm_.prepare(touch.joint_rad, tool, arm_.load(touch.load), carriers,
-                           outer_rad(touch, target));
+  poses_[i] = pose_of(arm_, touch, target);
   ArmChain chain;
   arm_.walk(poses_[i], nominal_, chain);
   Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
@@ -190,7 +188,7 @@ void Problem::weigh(std::size_t i) {
   if (touch.approach) {
     Eigen::Vector3d along = Eigen::Map<const Eigen::Vector3d>(touch.approach->data());
     if (target.carried_by > 0)
-      along = carried_at(cell_.robot, carriers).linear().transpose() * along;
+      along = carried_at(cell_.robot, carrier_rad(touch, target)).linear().transpose() * along;
     cosine = -normal.dot(along);
   }
   closing_m_s_[i] = closes ? touch.speed_m_s * cosine : 0.0;

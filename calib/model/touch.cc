@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "calib/model/robot.h"
+#include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -65,6 +65,11 @@ std::span<const double> carrier_rad(const Touch& touch, const Target& target) {
 
 std::span<const double> outer_rad(const Touch& touch, const Target& target) {
   return std::span(touch.positioner_rad).subspan(carrier_rad(touch, target).size());
+}
+
+PreparedPose pose_of(const ArmModel& arm, const Touch& touch, const Target& target) {
+  return arm.prepare(touch.joint_rad, arm.tool_index(touch.tool), arm.load(touch.load),
+                     carrier_rad(touch, target), outer_rad(touch, target));
 }
 
 std::string touch_words(std::size_t index, const Touch& touch) {

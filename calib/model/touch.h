@@ -13,6 +13,8 @@
 
 namespace cellcal::calib {
 
+class ArmModel;
+struct PreparedPose;
 struct Target;
 
 enum class TouchSet { kFit, kCheck };
@@ -61,6 +63,9 @@ bool is_rounded(const Touch& touch, double step_deg);
 std::span<const double> carrier_rad(const Touch& touch, const Target& target);
 /// Likewise of the axes after them.
 std::span<const double> outer_rad(const Touch& touch, const Target& target);
+/// Of the tool that touched, under the touch's load, in the frame that carries the target. Throws std::out_of_range for
+/// a tool or load that the arm does not have, and as carrier_rad() and ArmModel::prepare().
+PreparedPose pose_of(const ArmModel& arm, const Touch& touch, const Target& target);
 
 /// "touch 12", counted from 1, and "touch 12 (line 14)" for a touch from a file.
 std::string touch_words(std::size_t index, const Touch& touch);

@@ -49,14 +49,10 @@ std::optional<std::vector<Seen>> seen_by(const Calibration& earlier, std::span<c
     if (!arm.has_tool(touch.tool) || !known_load || touch.joint_rad.size() != joints ||
         touch.positioner_rad.size() != levelled.robot.positioner.size())
       return {};
-    const int tool = arm.tool_index(touch.tool);
-    seen.push_back(
-        {arm.position(arm.prepare(touch.joint_rad, tool, arm.load(touch.load),
-                                  carrier_rad(touch, *target), outer_rad(touch, *target)),
-                      x.data()),
-         target->diameter_m / 2.0 + arm.tool(tool).tip_radius_m,
-         static_cast<std::size_t>(target - earlier.cell.targets.begin()),
-         touches[i].set == TouchSet::kFit});
+    seen.push_back({arm.position(pose_of(arm, touch, *target), x.data()),
+                    target->diameter_m / 2.0 + arm.tool(arm.tool_index(touch.tool)).tip_radius_m,
+                    static_cast<std::size_t>(target - earlier.cell.targets.begin()),
+                    touches[i].set == TouchSet::kFit});
   }
   // Without fit touches the place of a sphere is unknown.
   std::erase_if(seen, [&](const Seen& one) {

@@ -284,10 +284,7 @@ std::optional<std::string> lies_on(const Problem& problem, const Calibration& ca
   for (const TargetResult& target : calibration.targets) {
     if (target.id == touch.target) continue;
     const Target& stated = problem.cell().targets[problem.cell().target_index(target.id)];
-    const Eigen::Vector3d tip_m =
-        arm.position(arm.prepare(touch.joint_rad, arm.tool_index(touch.tool), arm.load(touch.load),
-                                 carrier_rad(touch, stated), outer_rad(touch, stated)),
-                     x.data());
+    const Eigen::Vector3d tip_m = arm.position(pose_of(arm, touch, stated), x.data());
     double off_m = 0.0;
     switch (target.kind) {
       case TargetKind::kSphere:

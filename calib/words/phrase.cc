@@ -54,7 +54,8 @@ std::string words_of(const PhraseValue& value, const std::string& form,
   const std::string pattern = "{:" + form + "}";
   if (const auto* phrase = std::get_if<Phrase>(&value.value)) {
     // A name of the user's may be that of an entry of the page: "S1", "abort".
-    const bool is_name = phrase->values().empty() && !phrase->id().starts_with("say.");
+    const bool is_name = phrase->values().empty() && !phrase->id().starts_with("say.") &&
+                         !phrase->id().starts_with("finding.");
     std::string text = is_name ? phrase->id() : words(*phrase, language);
     return form == "C" ? capitalised(std::move(text)) : text;
   }

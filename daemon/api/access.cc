@@ -7,9 +7,8 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
-#include <fstream>
+#include <boost/algorithm/hex.hpp>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -55,7 +54,6 @@ using nlohmann::json;
 constexpr const char* kFormat = "cellcal.tokens/1";
 constexpr std::size_t kMostTokens = 1000, kMostBytes = 1u << 20;
 constexpr std::size_t kLongestTokenName = 64;
-constexpr const char* kHex = "0123456789abcdef";
 
 /// Text of the key; throws where it is missing or not a string.
 std::string token_field(const json& object, const char* key) {
@@ -99,15 +97,6 @@ std::string token_field(const std::vector<Token>& tokens) {
                     {"created", token.created}});
   }
   return json{{"format", kFormat}, {"tokens", list}}.dump(1) + "\n";
-}
-
-std::string read(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text(kMostBytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (file.bad() || text.size() > kMostBytes) throw std::runtime_error("cannot be read");
-  return text;
 }
 
 bool is_open_to_others(const std::filesystem::path& path) {
@@ -340,16 +329,12 @@ void Clearance::update(const Status& status) {
 }
 
 std::string random_secret() {
-  std::array<unsigned char, 32> bytes{};
-  if (::RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
+  std::string bytes(32, '\0');
+  if (::RAND_bytes(reinterpret_cast<unsigned char*>(bytes.data()),
+                   static_cast<int>(bytes.size())) != 1) {
     throw std::runtime_error("the system has no random numbers");
   }
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    text += kHex[byte >> 4];
-    text += kHex[byte & 0xF];
-  }
-  return text;
+  return boost::algorithm::hex_lower(bytes);
 }
 
 bool is_token_name(std::string_view name) {
@@ -369,7 +354,7 @@ TokenStore::TokenStore(std::filesystem::path file)
     return;
   }
   try {
-    tokens_ = std::make_shared<const Tokens>(parse(read(file_)));
+    tokens_ = std::make_shared<const Tokens>(parse(calib::read_file(file_, kMostBytes)));
   } catch (const std::exception& error) {
     problem_ = file_.string() + ": " + system_words(error) +
                ". No token is accepted. Remove the file, restart cellcald and add the tokens again";
@@ -483,11 +468,9 @@ SignInFile::~SignInFile() {
 }
 
 std::vector<SignIn> SignInFile::read() const {
-  struct stat info {};
-  if (::stat(file_.c_str(), &info) != 0) return {};
+  if (!std::filesystem::exists(file_)) return {};
   try {
-    if ((info.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-      throw std::runtime_error("accessible to other users");
+    if (is_open_to_others(file_)) throw std::runtime_error("accessible to other users");
     return parsed_sign_ins(calib::read_file(file_, kMostSignInBytes));
   } catch (const std::exception& error) {
     spdlog::warn("{}: {}. All browsers have to sign in again", file_.string(), system_words(error));

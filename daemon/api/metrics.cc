@@ -184,11 +184,12 @@ void put_drift(Exposition& out, const calib::DriftChart& chart) {
   }
 }
 
-/// Newest result that this version can read.
+/// Newest result that this version can read, without updates that found nothing changed: the one before holds.
 std::optional<calib::Calibration> newest_result(Journal& journal,
                                                 const std::vector<SessionRecord>& newest_first) {
   for (const SessionRecord& session : newest_first) {
     if (session.state != RecordState::kDone || !session.has_calibration) continue;
+    if (session.outcome && session.outcome->kind == OutcomeKind::kNothingChanged) continue;
     try {
       const auto record = journal.session(session.id);
       if (record && !record->calibration.empty())

@@ -116,19 +116,16 @@ namespace {
 using calib::kMmPerM;
 using Eigen::Vector3d;
 
-double value_of(const calib::Calibration& found, const calib::ParameterKey& key, double unknown) {
-  const calib::ParameterResult* one = calib::find(found, key);
-  return one == nullptr ? unknown : one->nominal + one->correction;
-}
-
 /// The calibrated arm.
 class FoundArm {
  public:
   explicit FoundArm(const calib::Calibration& found)
-      : found_(found), arm_(calib::at_level(found.cell, found.level)) {
-    for (const calib::ArmParameter& parameter : arm_.parameters())
-      errors_.push_back(value_of(found, parameter, 0.0));
-    delay_s_ = value_of(found, calib::latch_delay_parameter(), found.cell.latch_delay_s);
+      : found_(found),
+        arm_(calib::at_level(found.cell, found.level)),
+        x_(calib::arm_values(arm_, found)),
+        delay_s_(found.cell.latch_delay_s) {
+    if (const calib::ParameterResult* delay = calib::find(found, calib::latch_delay_parameter()))
+      delay_s_ = delay->nominal + delay->correction;
   }
 
   std::optional<double> residual_m(const calib::Touch& touch) const {
@@ -139,11 +136,8 @@ class FoundArm {
     if (target == found_.targets.end() || stated == found_.cell.targets.end() ||
         !touch.tool.empty() || touch.positioner_rad.size() != found_.cell.robot.positioner.size())
       return std::nullopt;
-    const auto carriers =
-        calib::carrier_rad(touch, *stated);  // the centre is in the frame of the last
-    const Vector3d tip = arm_.position(arm_.prepare(touch.joint_rad, 0, arm_.load(touch.load),
-                                                    carriers, outer_rad(touch, *stated)),
-                                       errors_.data());
+    // The centre, too, is in the frame that carries the target.
+    const Vector3d tip = arm_.position(pose_of(arm_, touch, *stated), x_.data());
     Vector3d outwards = target->normal;
     double distance = outwards.dot(tip - target->centre_m);
     if (target->kind == calib::TargetKind::kSphere) {
@@ -154,7 +148,7 @@ class FoundArm {
     }
     double closing = touch.speed_m_s;
     if (touch.approach)
-      closing *= -(carried_at(found_.cell.robot, carriers).linear().transpose() *
+      closing *= -(carried_at(found_.cell.robot, carrier_rad(touch, *stated)).linear().transpose() *
                    Vector3d(touch.approach->data()))
                       .dot(outwards);
     return distance - target->effective_radius_m + closing * delay_s_;
@@ -163,8 +157,8 @@ class FoundArm {
  private:
   const calib::Calibration& found_;
   calib::ArmModel arm_;
-  std::vector<double> errors_;
-  double delay_s_ = 0.0;
+  Eigen::VectorXd x_;
+  double delay_s_;
 };
 
 void add_positioner(const std::vector<double>& angles_rad, json& value) {
@@ -225,15 +219,18 @@ json parts_to_json(const std::vector<calib::FindingPart>& parts) {
 json findings_to_json(const std::vector<calib::Finding>& findings,
                       const calib::Language& language) {
   json list = json::array();
-  for (const calib::Finding& finding : findings)
+  for (const calib::Finding& finding : findings) {
+    // Of such an update nothing is withheld: the calibration in use holds.
+    const bool holds = finding.kind == calib::FindingKind::kUpdateNotNeeded;
     list.push_back(
         {{"kind", calib::to_string(finding.kind)},
-         {"severity", calib::to_string(finding.severity)},
+         {"severity", calib::to_string(holds ? calib::Severity::kInforms : finding.severity)},
          {"cause", finding.cause ? json(calib::to_string(*finding.cause)) : json(nullptr)},
          {"about", about_to_json(finding.about)},
          {"evidence", evidence_to_json(finding.evidence)},
          {"parts", parts_to_json(finding.parts)},
          {"words", calib::words(calib::phrase(finding), language)}});
+  }
   return list;
 }
 

@@ -140,7 +140,8 @@ json to_json(const StoredProposal& one, const plant::ProposalBox& box) {
           {"decided", text_or_null(one.decided)},
           {"decided_by", text_or_null(one.by)},
           {"decided_reason", text_or_null(one.reason)},
-          {"file", has_file ? json(box.file_of(proposal).string()) : json(nullptr)}};
+          {"file", has_file ? json(box.file_of(proposal).string()) : json(nullptr)},
+          {"command", text_or_null(has_file ? box.command_of(proposal) : "")}};
 }
 
 /// {"reason": "why", "by": "a name"}; both optional when accepting.

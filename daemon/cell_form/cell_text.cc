@@ -44,7 +44,7 @@ std::string head(const CellForm& form) {
   text += line("robot = " + toml_string(form.robot.reference),
                "a shipped one by name, or a file in this folder");
   text += line("#required_mm = 2.0", "largest mean error that a calibration may be published with");
-  const char* const kFloor = "height of floor or table top that nothing goes below";
+  const char* const kFloor = "height of floor or table top against gravity, from the robot's foot";
   if (form.floor_mm) return text + line("floor_mm = " + toml_number(*form.floor_mm), kFloor);
   return text + line("# floor_mm = 0.0", kFloor) +
          "# Without floor_mm the axis of the hand stays at most 100 mm below the lowest target; tool and the\n"

@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
@@ -39,6 +40,9 @@ void examine_links(const DoctorRequest& request, const DaemonConfig& config,
   findings.warn("wires", "say.doctor.wires.mock", "say.doctor.wires.mock.do");
 }
 
+/// Sessions of a few nights.
+constexpr double kFewMegabytes = 100.0;
+
 using nlohmann::json;
 
 /// `words`: complaint of the device itself. `losses`: share of faulty messages.
@@ -63,6 +67,7 @@ void examine(const DoctorRequest& request, Findings& findings) {
   const std::optional<calib::Cell> cell = examine_cell(request, *config, findings);
   examine_files(request, *config, cell, findings);
   examine_schedule(*config, findings);
+  examine_state_dir(config->state_dir, findings);
   const std::optional<DaemonSeen> daemon = examine_daemon(*config, findings);
   if (daemon) examine_plant(*config, findings);
   const std::optional<ProcessRights> rights = daemon ? daemon->rights : std::nullopt;
@@ -81,10 +86,40 @@ void examine_from_within(const DoctorRequest& request, const DaemonConfig& confi
               {"say.doctor.config.loaded", {{"backend", to_string(config.backend)}}});
   const std::optional<calib::Cell> cell = examine_cell(request, config, findings);
   if (request.stop.stop_requested()) return;
+  examine_state_dir(config.state_dir, findings);
   std::optional<ProcessRights> rights = rights_of_process(::getpid());
   // Its groups are not visible in the service's sandbox: access to a device is checked by opening it.
   if (rights) rights->uid.reset();
   examine_links(request, config, cell, rights, findings);
+}
+
+void judge_state_dir(const std::filesystem::path& directory, double free_bytes, bool written,
+                     Findings& findings) {
+  const std::string check = "state directory";
+  const double mb = free_bytes / 1e6;
+  const Phrase found("say.doctor.state_dir", {{"mb", mb}, {"directory", directory.string()}});
+  if (mb < kFewMegabytes)
+    findings.warn(check, found, "say.doctor.state_dir.few.do");
+  else if (written)
+    findings.ok(check, found);
+  else
+    findings.skip(check, {"say.doctor.state_dir.unwritten", {{"free", found}}});
+}
+
+void examine_state_dir(const std::filesystem::path& directory, Findings& findings) try {
+  if (!std::filesystem::exists(directory))
+    return findings.skip("state directory",
+                         {"say.doctor.state_dir.none", {{"directory", directory.string()}}});
+  const bool may_write = ::access(directory.c_str(), W_OK) == 0 || errno != EACCES;
+  if (may_write) {
+    const auto probe = directory / ("doctor-" + std::to_string(::getpid()));
+    write_atomically(probe, std::string(4096, '\n'));
+    std::filesystem::remove(probe);
+  }
+  const std::filesystem::space_info space = std::filesystem::space(directory);
+  judge_state_dir(directory, static_cast<double>(space.available), may_write, findings);
+} catch (const std::exception& error) {
+  findings.fail("state directory", system_words(error), "say.doctor.state_dir.do");
 }
 
 std::optional<DaemonSeen> examine_daemon(const DaemonConfig& config, Findings& findings) {

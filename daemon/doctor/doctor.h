@@ -57,6 +57,12 @@ void examine_files(const DoctorRequest& request, const DaemonConfig& config,
 /// Start of the controller's program in unattended operation.
 void examine_schedule(const DaemonConfig& config, Findings& findings);
 
+/// Place of the journal: a small file is written there and flushed, unless this user has no permission.
+void examine_state_dir(const std::filesystem::path& directory, Findings& findings);
+/// `written`: such a file was.
+void judge_state_dir(const std::filesystem::path& directory, double free_bytes, bool written,
+                     Findings& findings);
+
 /// The daemon on its socket. None: no answer.
 struct DaemonSeen {
   std::string status;    ///< JSON of GET /v1/status

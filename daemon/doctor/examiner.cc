@@ -52,7 +52,7 @@ Examination Examiner::kept() const try {
   return {};
 }
 
-void Examiner::keep(const Examination& whole) const try {
+void Examiner::keep(Examination& whole) const try {
   if (parts_.file.empty()) return;
   auto checks = nlohmann::json::array();
   for (const Finding& one : whole.checks) checks.push_back(to_json(one));
@@ -65,6 +65,10 @@ void Examiner::keep(const Examination& whole) const try {
                    document.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 } catch (const std::exception& error) {
   spdlog::warn("the doctor's findings are not stored: {}", error.what());
+  whole.checks.push_back({"doctor",
+                          Outcome::kWarning,
+                          {"say.doctor.not_stored", {{"error", calib::Phrase(error.what())}}},
+                          "say.doctor.not_stored.do"});
 }
 
 void Examiner::stop() {
@@ -102,12 +106,10 @@ std::optional<Examiner::NotTaken> Examiner::take(const std::filesystem::path& ce
   taken.whole = true;
   taken.ended = parts_.utc_now();
   taken.checks = std::move(checks);
-  {
-    const std::lock_guard lock(mutex_);
-    if (newest_.running) return NotTaken::kExamining;
-    newest_ = taken;
-  }
+  const std::lock_guard lock(mutex_);
+  if (newest_.running) return NotTaken::kExamining;
   keep(taken);
+  newest_ = std::move(taken);
   return std::nullopt;
 }
 
@@ -125,14 +127,16 @@ void Examiner::examine(const std::filesystem::path& cell, const std::stop_token&
   } catch (const std::exception& error) {
     findings.fail("doctor", error.what(), "say.doctor.failed.do");
   }
+  Examination ended = newest();
+  ended.running = false;
+  ended.whole = !stop.stop_requested();
+  ended.hint = {};
+  ended.ended = parts_.utc_now();
+  if (ended.whole) keep(ended);
   {
     const std::lock_guard lock(mutex_);
-    newest_.running = false;
-    newest_.whole = !stop.stop_requested();
-    newest_.hint = {};
-    newest_.ended = parts_.utc_now();
+    newest_ = std::move(ended);
   }
-  if (const Examination now = newest(); now.whole) keep(now);
   parts_.release();
 }
 

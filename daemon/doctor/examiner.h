@@ -127,7 +127,8 @@ class Examiner {
  private:
   void examine(const std::filesystem::path& cell, const std::stop_token& stop);
   Examination kept() const;
-  void keep(const Examination& whole) const;
+  /// Adds a warning where it cannot be stored.
+  void keep(Examination& whole) const;
 
   Parts parts_;
   mutable std::mutex mutex_;

@@ -254,8 +254,9 @@ Totals Reading::totals() {
                 one[0][3].as<std::int64_t>(),
                 {}};
   const pqxx::result needs = impl_->ask(
-      "SELECT n.what, count(DISTINCT (a.plant, a.cell)) FROM unnest(enum_range(NULL::need)) AS n(what) "
-      "LEFT JOIN attention a USING (what) GROUP BY n.what ORDER BY n.what");
+      "SELECT n.what, count(DISTINCT (a.plant, a.cell)) FILTER (WHERE a.cell IS NOT NULL) "
+      "FROM unnest(enum_range(NULL::need)) AS n(what) LEFT JOIN attention a USING (what) "
+      "GROUP BY n.what ORDER BY n.what");
   for (const auto& row : needs)
     totals.needs.emplace_back(row[0].as<std::string>(), row[1].as<std::int64_t>());
   return totals;

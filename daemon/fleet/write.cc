@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <boost/algorithm/hex.hpp>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -76,14 +77,7 @@ constexpr std::pair<const char*, const char*> kColumnOf[] = {{"update", "is_upda
 
 /// Hex form of PostgreSQL's bytea.
 std::string bytea(std::string_view bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text = "\\x";
-  text.reserve(2 + 2 * bytes.size());
-  for (const unsigned char byte : bytes) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
+  return "\\x" + boost::algorithm::hex_lower(std::string(bytes));
 }
 
 /// Row of the fact's own table. Keys without a column are left out by PostgreSQL.

@@ -7,6 +7,9 @@
 #include <utility>
 
 #include "calib/files/calibration_json.h"
+#include "calib/files/cell_file.h"
+#include "calib/files/robot_file.h"
+#include "calib/files/toml.h"
 #include "calib/model/iso_time.h"
 #include "daemon/archive/versions.h"
 #include "daemon/files/atomic_file.h"
@@ -74,6 +77,23 @@ CellNow::Check check_of(const calib::CheckMeasurement& seen) {
           decided ? seen.tcp_shift_m : std::nullopt};
 }
 
+/// Of the newest session; empty where it cannot be read.
+plant::CellRobot robot_of(Journal& journal) try {
+  for (const SessionRecord& one : journal.sessions()) {
+    if (one.origin) continue;
+    const auto record = journal.session(one.id);
+    if (!record || record->inputs.robot_text.empty()) continue;
+    const SessionInputs& inputs = record->inputs;
+    const calib::Robot robot =
+        calib::read_robot(calib::TomlTable::parse(inputs.robot_text, inputs.robot_name));
+    return {inputs.robot_name, robot.name, calib::nominal_geometry_sha256(robot)};
+  }
+  return {};
+} catch (const std::exception& unreadable) {
+  spdlog::warn("[plant]: robot of the cell not known: {}", unreadable.what());
+  return {};
+}
+
 }  // namespace
 
 PlantLine::PlantLine(SessionService& service, Journal& journal, LiveConfig& live)
@@ -109,7 +129,8 @@ plant::ProposalBox::Parts PlantLine::proposal_parts() {
             const auto& config = live_.now()->plant;
             return config && std::ranges::find(config->accept, plant::to_string(kind)) !=
                                  config->accept.end();
-          }};
+          },
+          [this] { return robot_of(journal_); }};
 }
 
 /// True if the proposal is decided, so that the broker need not keep it.

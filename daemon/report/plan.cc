@@ -295,11 +295,11 @@ std::string cell_picture(const View& view) {
   scene.balls = balls_of(view);
   if (scene.balls.empty()) return {};
   scene.axles = axles_of(view);
+  scene.z_is_up = z_is_up(view.result.cell.robot);
   const auto& lengths = view.result.cell.lengths;
-  std::string body =
-      fmt::format("<div class=\"pair\">{}{}</div>\n",
-                  CellPanel(scene, lengths, 1, say("say.report.view.above")).finish(),
-                  CellPanel(scene, lengths, 2, say("say.report.view.side")).finish());
+  std::string body = fmt::format("<div class=\"pair\">{}{}</div>\n",
+                                 CellPanel(scene, lengths, 1, scene.heading(1)).finish(),
+                                 CellPanel(scene, lengths, 2, scene.heading(2)).finish());
   body +=
       paragraph("note", say("say.report.cell.note") +
                             (lengths.empty() ? std::string() : say("say.report.cell.dashed")) +

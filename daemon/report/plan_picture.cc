@@ -318,15 +318,18 @@ void PicturePanel::keep_free(Point centre, double around) {
   labels_.keep_free({centre.x - around, centre.y - around}, 2.0 * around, 2.0 * around);
 }
 
+std::string PlanScene::heading(int upward) const {
+  if (upward == 1) return say(z_is_up ? "say.report.view.above" : "say.report.view.along_z");
+  return say(z_is_up ? "say.report.view.side" : "say.report.view.along_y");
+}
+
 PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
   const PlanScene scene = scene_of(cell, plan);
   PlanViews views;
   const auto from_above = reach_of(cell, 0, 1), from_side = reach_of(cell, 0, 2);
   const Frame frame(scene, from_above, from_side);
-  PlanPanel one(scene, frame, 1, from_above,
-                say(scene.z_is_up ? "say.report.view.above" : "say.report.view.along_z"));
-  PlanPanel other(scene, frame, 2, from_side,
-                  say(scene.z_is_up ? "say.report.view.side" : "say.report.view.along_y"));
+  PlanPanel one(scene, frame, 1, from_above, scene.heading(1));
+  PlanPanel other(scene, frame, 2, from_side, scene.heading(2));
   const bool shows_reach = one.shows_reach() || other.shows_reach();
   views.above = std::move(one).finish();
   views.side = std::move(other).finish();

@@ -158,7 +158,12 @@ struct PlanScene {
   std::vector<Approach> approaches;
   std::optional<double> floor_z;  ///< horizontal floor, where z points up
   bool z_is_up = true;
+
+  /// Of the view with this axis upwards.
+  std::string heading(int upward) const;
 };
+
+bool z_is_up(const calib::Robot& robot);
 
 /// A view to scale: two axes of the base frame, with grid, heading, balls and labels.
 class PicturePanel {

@@ -108,6 +108,11 @@ std::vector<PlanScene::Axle> axles_of(const calib::Robot& robot) {
 
 }  // namespace
 
+bool z_is_up(const calib::Robot& robot) {
+  constexpr double kNearlyUp = 0.99;
+  return calib::up_of(robot).z() > kNearlyUp;
+}
+
 PlanScene scene_of(const calib::Cell& stated, const calib::Plan& plan) {
   const std::size_t positioner = stated.robot.positioner.size();
   const calib::Cell cell =
@@ -123,9 +128,7 @@ PlanScene scene_of(const calib::Cell& stated, const calib::Plan& plan) {
     scene.arm.push_back({kMmPerM * axes[k].a, kMmPerM * axes[k].b,
                          kMmPerM * bodies.list()[k].radius_m, k >= cell.robot.joints.size()});
   scene.axles = axles_of(stated.robot);
-  const Vector3d up = calib::up_of(cell.robot);
-  constexpr double kNearlyUp = 0.99;
-  scene.z_is_up = up.z() > kNearlyUp;
+  scene.z_is_up = z_is_up(cell.robot);
   if (cell.floor_m && scene.z_is_up) scene.floor_z = *cell.floor_m * kMmPerM;
   for (const calib::Obstacle& obstacle : cell.obstacles)
     if (auto corners = corners_of(obstacle); !corners.empty())

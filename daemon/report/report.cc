@@ -193,6 +193,10 @@ bool View::points_only() const {
 bool View::any_point() const { return std::ranges::any_of(marks, &Mark::in_3d); }
 
 std::size_t View::touched_lengths() const {
+  for (const calib::Finding& one : result.verdict.findings)
+    if (const auto* lengths = calib::find(one.evidence, "lengths");
+        lengths != nullptr && one.kind == calib::FindingKind::kScaleByLengths)
+      return static_cast<std::size_t>(lengths->value);
   std::set<std::pair<std::string, std::string>> ends;  // each length once
   for (const calib::CertifiedLength& length : result.cell.lengths)
     if (!length.is_check && target_result(length.from) && target_result(length.to))

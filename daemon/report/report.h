@@ -109,7 +109,7 @@ struct View {
   bool is_round(std::string_view id) const;
   bool points_only() const;  ///< all marks, at least one, are on points
   bool any_point() const;
-  /// Certified lengths with both ends touched; only these determine the scale.
+  /// Certified lengths that hold the scale, by the verdict; where it counts none, those with both ends touched.
   std::size_t touched_lengths() const;
   /// Not escaped.
   std::string say(const calib::Phrase& phrase) const { return report::say(phrase); }

@@ -372,12 +372,16 @@ std::optional<double> TimeLeft::update(Phase phase, std::size_t done, std::size_
     last_touch_ = now;
   }
   const std::size_t made = last_done_ - done_at_first_move_;
+  if (!first_move_ || made == 0) return std::nullopt;
+  if (kAwaitingPhases.has(phase)) return left_s_;
   const Phases touching = kMovingPhases | kStandingPhases;
-  if (!first_move_ || made == 0 || !touching.has(phase)) return std::nullopt;
+  if (!touching.has(phase)) return std::nullopt;
   using Seconds = std::chrono::duration<double>;
   const double each_s = Seconds(last_touch_ - *first_move_).count() / static_cast<double>(made);
   const double since_s = Seconds(now - last_touch_).count();
-  return std::max(0.0, each_s * (static_cast<double>(total) - static_cast<double>(done)) - since_s);
+  left_s_ =
+      std::max(0.0, each_s * (static_cast<double>(total) - static_cast<double>(done)) - since_s);
+  return left_s_;
 }
 
 std::string anew(const SessionOptions& options, const SessionInputs& inputs) {

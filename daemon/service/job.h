@@ -63,7 +63,8 @@ using MakeBackend = std::function<std::unique_ptr<Backend>(const calib::Cell&, d
 
 class TimeLeft {
  public:
-  /// Seconds; none before the first touch. To be called after every step. `done` and `total` count touches.
+  /// Seconds; none before the first touch. Constant while a link is awaited. To be called after every step. `done` and
+  /// `total` count touches.
   std::optional<double> update(Phase phase, std::size_t done, std::size_t total,
                                drivers::TimePoint now);
 
@@ -71,6 +72,7 @@ class TimeLeft {
   std::size_t done_at_first_move_ = 0, last_done_ = 0;
   std::optional<drivers::TimePoint> first_move_;
   drivers::TimePoint last_touch_{};
+  std::optional<double> left_s_;  ///< the last estimate
 };
 
 // Speed bound for operation with a person inside the cell: in T1 the controller stops an arm under RSI above

@@ -265,7 +265,7 @@ Message compose(const Notice& notice, const calib::Language& language, const std
   lines.add(subject);
   add_what_to_do(lines, notice);
   add_session(lines, notice);
-  if (notice.failure) lines.add({"say.notice.failure", {{"words", phrase(*notice.failure)}}});
+  if (notice.failure) lines.add({"say.notice.evidence", {{"words", phrase(*notice.failure)}}});
   if (!notice.why.empty()) lines.add({"say.notice.evidence", {{"words", notice.why}}});
   lines.body += "\n";
   lines.add({"say.notice.sender", {{"host", host}}});

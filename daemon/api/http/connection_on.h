@@ -18,6 +18,7 @@
 #include <optional>
 #include <string>
 
+#include "calib/files/text.h"
 #include "calib/model/long_work.h"
 #include "daemon/api/http/server_impl.h"
 
@@ -160,9 +161,7 @@ class ConnectionOn final : public Connection,
     Request request =
         parse_target(std::string(message.method_string()), std::string(message.target()), {});
     for (const auto& field : message) {
-      std::string name(field.name_string());
-      for (char& letter : name)
-        letter = 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 'a' - 'A') : letter;
+      std::string name = calib::lower_case(std::string(field.name_string()));
       const bool decides = name == "host" || name == "origin" || name == "authorization";
       if (decides && twice != nullptr && request.headers.contains(name)) *twice = name;
       request.headers.emplace(std::move(name), std::string(field.value()));

@@ -8,8 +8,10 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+#include <charconv>
 #include <cmath>
 
+#include "calib/files/text.h"
 #include "calib/model/enum_table.h"
 
 namespace cellcal::daemon {
@@ -77,13 +79,6 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
 
 namespace {
 
-std::string lower(std::string text) {
-  for (char& letter : text) {
-    if ('A' <= letter && letter <= 'Z') letter = static_cast<char>(letter + 'a' - 'A');
-  }
-  return text;
-}
-
 bool is_port(std::string_view text) {
   constexpr std::size_t kDigits = 5;
   return !text.empty() && text.size() <= kDigits &&
@@ -98,7 +93,7 @@ bool is_address(int family, const std::string& text) {
 }  // namespace
 
 bool host_is_ours(const Request& request, const std::vector<std::string>& names) {
-  std::string host = lower(request.header("host"));
+  std::string host = calib::lower_case(request.header("host"));
   const std::size_t colon = host.rfind(':');
   if (colon != std::string::npos && is_port(std::string_view(host).substr(colon + 1))) {
     host.resize(colon);
@@ -111,9 +106,9 @@ bool host_is_ours(const Request& request, const std::vector<std::string>& names)
 }
 
 bool origin_is_ours(const Request& request, bool tls) {
-  const std::string origin = lower(request.header("origin"));
+  const std::string origin = calib::lower_case(request.header("origin"));
   if (origin.empty()) return !request.headers.contains("origin");
-  const std::string host = lower(request.header("host"));
+  const std::string host = calib::lower_case(request.header("host"));
   return origin == "https://" + host || (!tls && origin == "http://" + host);
 }
 
@@ -136,23 +131,16 @@ const std::string& Request::header(const std::string& name) const {
 
 namespace {
 
-int hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
-
 /// Decodes %XX (RFC 3986, 2.1); any other % is kept.
 std::string decoded(const std::string& text) {
   std::string bytes;
   for (std::size_t at = 0; at < text.size(); ++at) {
-    const bool escaped = text[at] == '%' && at + 2 < text.size();
-    const int high = escaped ? hex_digit(text[at + 1]) : -1;
-    const int low = escaped ? hex_digit(text[at + 2]) : -1;
-    const bool is_byte = high >= 0 && low >= 0;
-    bytes += is_byte ? static_cast<char>(16 * high + low) : text[at];
-    if (is_byte) at += 2;
+    const char* const digits = text.data() + at + 1;
+    unsigned char byte = 0;
+    const bool escaped = text[at] == '%' && at + 2 < text.size() &&
+                         std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
+    bytes += escaped ? static_cast<char>(byte) : text[at];
+    if (escaped) at += 2;
   }
   return bytes;
 }

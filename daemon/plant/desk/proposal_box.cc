@@ -1,9 +1,12 @@
 #include "daemon/plant/desk/proposal_box.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"
+#include "calib/files/priors_file.h"
 #include "daemon/config/unattended_config.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/text_fields.h"
@@ -89,6 +92,31 @@ ProposalBox::ProposalBox(Parts parts) : parts_(std::move(parts)) {
 
 std::filesystem::path ProposalBox::file_of(const Proposal& proposal) const {
   return parts_.state_dir / "proposals" / (proposal.id + ".toml");
+}
+
+std::string ProposalBox::command_of(const Proposal& proposal) const {
+  if (proposal.kind != ProposalKind::kPriors) return {};
+  const std::string robot = parts_.robot().file;
+  return fmt::format("cellcal priors accept {} --robot {} -o NEW.toml",
+                     shell_word(file_of(proposal).string()),
+                     robot.empty() ? "ROBOT.toml" : shell_word(robot));
+}
+
+std::optional<std::string> ProposalBox::refusal(const Proposal& proposal) const {
+  if (auto why = unusable(proposal)) return why;
+  if (proposal.kind != ProposalKind::kPriors) return std::nullopt;
+  const CellRobot robot = parts_.robot();
+  if (robot.nominal_geometry.empty()) return std::nullopt;
+  try {
+    const calib::FleetPriors priors = calib::parse_priors(proposal.text, "proposal");
+    if (priors.nominal_geometry == robot.nominal_geometry) return std::nullopt;
+    return fmt::format(
+        "priors of {}, nominal geometry {:.12}; this cell's {} has {:.12}. Use priors learned from "
+        "this model",
+        priors.robot, priors.nominal_geometry, robot.name, robot.nominal_geometry);
+  } catch (const calib::FileError& wrong) {
+    return wrong.what();
+  }
 }
 
 void ProposalBox::store() const {
@@ -202,7 +230,7 @@ std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::stri
     try {
       if (withdrawn)  // withdrawn before it was received
         return decide(*kept, Stand::kWithdrawn, withdrawal).stand;
-      if (const auto why = unusable(proposal))
+      if (const auto why = refusal(proposal))
         return decide(*kept, Stand::kRefused, {kCell, own_reason(*why), utc}).stand;
       store();
     } catch (...) {
@@ -246,7 +274,7 @@ bool ProposalBox::full() const {
 StoredProposal ProposalBox::accept(const std::string& id, const Say& say) {
   const std::lock_guard lock(mutex_);
   StoredProposal& kept = open(id);
-  if (const auto why = unusable(kept.proposal))
+  if (const auto why = refusal(kept.proposal))
     throw NotDecided(NotDecided::Why::kUnusable, "proposal \"" + id + "\" cannot be used: " + *why);
   act(kept.proposal, say);
   return decide(kept, Stand::kAccepted, say);

@@ -34,6 +34,11 @@ struct Say {
   std::string by, reason, utc;
 };
 
+/// Robot file of the cell, as the newest session read it. Empty: unknown.
+struct CellRobot {
+  std::string file, name, nominal_geometry;  ///< path, the robot's name, SHA-256
+};
+
 /// Not decided; the reason.
 struct NotDecided : std::runtime_error {
   enum class Why { kUnknown, kDecided, kUnusable, kStorage };
@@ -73,6 +78,7 @@ class ProposalBox {
     /// True if the configuration accepts proposals of that kind automatically; called only for kinds
     /// permitted by may_be_policy().
     std::function<bool(ProposalKind)> policy;
+    std::function<CellRobot()> robot = [] { return CellRobot(); };
   };
   explicit ProposalBox(Parts parts);
 
@@ -95,8 +101,12 @@ class ProposalBox {
 
   /// File of an accepted schedule or priors.
   std::filesystem::path file_of(const Proposal& proposal) const;
+  /// Command that puts accepted priors into a robot file; empty for other proposals.
+  std::string command_of(const Proposal& proposal) const;
 
  private:
+  /// unusable(), and priors of another model than the cell's robot.
+  std::optional<std::string> refusal(const Proposal& proposal) const;
   StoredProposal* known(const std::string& id);
   StoredProposal& open(const std::string& id);
   StoredProposal decide(StoredProposal& kept, Stand stand, const Say& say);

@@ -59,7 +59,8 @@ function is_drawable(shape: api.Shape): shape is Solid {
 export function scene(value: unknown): Scene | null {
   const all = read(api.Scene, value);
   // A positioner is whole or there is none; without one of its axes nothing on it can be placed.
-  return all && list(fields(value)?.positioner).length === all.positioner.length ? { ...all, stands: all.stands.filter(is_drawable), obstacles: all.obstacles.filter(is_drawable) } : null;
+  return all && list(fields(value)?.positioner).length === all.positioner.length
+    ? { ...all, up: all.up ?? [0, 0, 1], stands: all.stands.filter(is_drawable), obstacles: all.obstacles.filter(is_drawable) } : null;
 }
 
 export function figures(value: unknown): Figures | null {

@@ -75,6 +75,12 @@ export function formats(language: Language): Formats {
   };
 }
 
+/** With its beginning and end where it is long: names of one kind differ at the end. */
+export function shortened(text: string): string {
+  const letters = [...text];
+  return letters.length <= 13 ? text : `${letters.slice(0, 4).join("")}…${letters.slice(-8).join("")}`;
+}
+
 /** As one word of a shell, for commands that the user is to enter. */
 export function shell_word(text: string): string {
   return /^[A-Za-z0-9/._+:,@%-]+$/.test(text) ? text : `'${text.replace(/'/g, "'\\''")}'`;

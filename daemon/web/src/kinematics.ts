@@ -34,6 +34,18 @@ export function place(frame: Frame, [x, y, z]: Point): Point {
   return [row(0), row(1), row(2)];
 }
 
+/** The turn of the base frame after which `up` is z, and its x, on a wall its z, the horizontal that faces the viewer. */
+export function upright(up: Point): Frame {
+  const [x, y, z] = unit(up);
+  const [a, b, c] = unit(Math.abs(x) < 0.7 ? [0, z, -y] : [y, -x, 0]); // up x (1, 0, 0), on a wall up x (0, 0, 1)
+  return [b * z - c * y, c * x - a * z, a * y - b * x, 0, a, b, c, 0, x, y, z, 0];
+}
+
+function unit([x, y, z]: Point): Point {
+  const length = Math.hypot(x, y, z);
+  return [x / length, y / length, z / length];
+}
+
 /** What axes up to that named `on` have turned since 0, at `degrees` of each; of those not stated 0. */
 export function carried(scene: Scene, on: string, degrees: number[]): Frame {
   let moved = IDENTITY;

@@ -4,6 +4,9 @@
 const MOST_LETTERS = 4000;
 const MOST_ITEMS = 5000;
 const MOST_NUMBERS = 400_000;
+/** Direction marks and line separators, as the daemon's printable() replaces them: in a text of a cell they would turn around the
+ *  sentence that holds it. */
+const MARKS = /[\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/g;
 
 /** How a value of type T is read; made by api.mjs. */
 export interface Rule<T = unknown> {
@@ -38,7 +41,7 @@ function take(rule: Rule, value: unknown): unknown {
   switch (rule.type) {
     case "string":
       if (typeof value !== "string") return undefined;
-      return rule.open || (rule.other === undefined && !rule.words) ? value.slice(0, MOST_LETTERS) : listed(rule, value) ? value : rule.other;
+      return rule.open || (rule.other === undefined && !rule.words) ? value.slice(0, MOST_LETTERS).replace(MARKS, " ") : listed(rule, value) ? value : rule.other;
     case "number": return typeof value === "number" && Number.isFinite(value) ? value : undefined;
     case "integer":
       return typeof value === "number" && Number.isInteger(value) && value >= (rule.minimum ?? value) && listed(rule, value) ? value : undefined;

@@ -28,6 +28,7 @@ export interface ProposalsSeen extends api.Proposals {
 /** A shape that can be drawn. */
 export type Solid = api.Shape & ({ shape: "box"; size_mm: api.Point } | { shape: "cylinder" } | { shape: "mesh" });
 export interface Scene extends api.Scene {
+  up: api.Point;
   stands: Solid[];
   obstacles: Solid[];
 }

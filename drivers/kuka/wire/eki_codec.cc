@@ -263,8 +263,6 @@ EkiFramer::Event EkiFramer::push(char c) {
       state_ = State::kOpened;
       return keep(c);
     }
-    // Some peers pad their messages with NUL to a fixed size.
-    if (!is_space(c) && c != '\0') ++garbage_;
     return ++skipped_ > kMaxEkiDocument ? Event::kOversized : Event::kNone;
   }
   if (state_ == State::kProlog) {
@@ -272,9 +270,7 @@ EkiFramer::Event EkiFramer::push(char c) {
     return ++skipped_ > kMaxEkiDocument ? Event::kOversized : Event::kNone;
   }
   if (state_ == State::kOpened && !starts_name(c)) {
-    const bool prolog = c == '?' || c == '!';
-    garbage_ += prolog ? 0 : 2;
-    state_ = prolog ? State::kProlog : State::kOutside;
+    state_ = c == '?' || c == '!' ? State::kProlog : State::kOutside;
     return Event::kNone;
   }
   if (const Event full = keep(c); full != Event::kNone) return full;

@@ -42,8 +42,6 @@ class EkiFramer {
   std::string_view document() const { return {bytes_.data(), size_}; }
   /// A new connection.
   void reset();
-  /// Bytes outside documents other than white space, prolog or NUL padding.
-  std::uint64_t garbage() const { return garbage_; }
 
  private:
   enum class State { kOutside, kOpened, kProlog, kName, kRootTag, kBody, kBodyTag, kClosing };
@@ -57,7 +55,6 @@ class EkiFramer {
   std::size_t size_ = 0, name_size_ = 0, matched_ = 0, skipped_ = 0;
   State state_ = State::kOutside;
   char quote_ = '\0', last_ = '\0';
-  std::uint64_t garbage_ = 0;
 };
 
 /// RobotCommand/@Type.

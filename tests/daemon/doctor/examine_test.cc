@@ -57,6 +57,34 @@ TEST_F(AnExamination, OfAWrongConfigurationNamesItAndEndsThere) {
   EXPECT_FALSE(findings.green());
 }
 
+TEST_F(AnExamination, WritesWhereTheJournalIsAndWarnsOfLittleSpace) {
+  const auto state_dir = [&] {
+    Findings findings;
+    examine(request(), findings);
+    expect_advice(findings);
+    return finding_of(findings, "state directory");
+  };
+  configure("backend = \"mock\"\nstate_dir = \"" + (dir / "state").string() + "\"\n");
+  EXPECT_EQ(state_dir().outcome, Outcome::kSkipped) << "cellcald makes it";
+  std::filesystem::create_directory(dir / "state");
+  const Outcome written = state_dir().outcome;  // this disk may have little space
+  EXPECT_TRUE(written == Outcome::kOk || written == Outcome::kWarning);
+  EXPECT_TRUE(std::filesystem::is_empty(dir / "state"));
+  std::filesystem::remove(dir / "state");
+  std::ofstream(dir / "state") << "a file\n";
+  EXPECT_EQ(state_dir().outcome, Outcome::kFailed);
+
+  const auto judged = [&](double bytes, bool is_written) {
+    Findings findings;
+    judge_state_dir("/s", bytes, is_written, findings);
+    return finding_of(findings, "state directory");
+  };
+  EXPECT_EQ(judged(5e9, true).found, "5000 MB free in /s");
+  EXPECT_EQ(judged(5e9, true).outcome, Outcome::kOk);
+  EXPECT_EQ(judged(5e9, false).outcome, Outcome::kSkipped);
+  EXPECT_EQ(judged(5e7, false).outcome, Outcome::kWarning);
+}
+
 TEST_F(AnExamination, OfAWrongCellGoesOnWithoutIt) {
   configure("backend = \"mock\"\n");
   DoctorRequest one = request();

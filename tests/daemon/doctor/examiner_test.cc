@@ -150,6 +150,22 @@ TEST_F(AnExaminer, KnowsAfterARestartWhatItFoundAtTheConfigurationInForce) {
   EXPECT_FALSE(Examiner(parts).newest().green());
 }
 
+TEST_F(AnExaminer, WarnsOfAnExaminationThatCouldNotBeStored) {
+  parts.file = dir / "none" / "doctor.json";
+  Examiner other(parts);
+  let_go = true;
+  other.begin("/c.toml");
+  wait_until_free();
+  const Examination begun = other.newest();
+  EXPECT_TRUE(begun.green());
+  EXPECT_EQ(begun.checks.back().check, "doctor");
+  EXPECT_EQ(begun.checks.back().outcome, Outcome::kWarning);
+  EXPECT_NE(words(begun.checks.back().found).find("not stored: "), std::string::npos);
+  const std::filesystem::path cell(CELLCAL_DEMO_CELL);
+  ASSERT_FALSE(other.take(cell, calib::sha256(text_of_cell(cell)), "c1", {}));
+  EXPECT_EQ(other.newest().count(Outcome::kWarning), 1u);
+}
+
 TEST_F(AnExaminer, KeepsWhatWasFoundBeforeWhereItIsStoppedAndWhatIsToldBesideIt) {
   examiner.begin("/c.toml");
   wait_until_running();

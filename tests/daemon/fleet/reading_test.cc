@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "daemon/fleet/judge.h"
@@ -163,6 +164,17 @@ TEST_F(FleetReading, CellsThatNeedAttentionComeFirst) {
   const Totals totals = reading.totals();
   EXPECT_EQ(totals.cells, 2);
   EXPECT_EQ(totals.online, 1);
+}
+
+TEST_F(FleetReading, ANeedIsCountedByTheCellsThatHaveIt) {
+  calibrate(kWeld, 1);
+  check(2, plant::Held::kNo);
+  session(3, plant::SessionState::kFailed);
+  const std::map<std::string, std::int64_t> having{{"check-not-held", 1}, {"failed", 1}};
+  const Totals totals = reading.totals();
+  EXPECT_GT(totals.needs.size(), having.size());
+  for (const auto& [what, cells] : totals.needs)
+    EXPECT_EQ(cells, having.contains(what) ? 1 : 0) << what;
 }
 
 TEST_F(FleetReading, OneJointIsComparedOverTheRobotsOfAModel) {

@@ -67,6 +67,8 @@ TEST_F(AnUpdate, BringsBackACellWhoseToolWasKnockedAndSaysWhereThereIsNothingToD
   EXPECT_EQ(get("/v1/sessions/4/calibration.json")["update"]["outcome"], "nothing_changed");
   EXPECT_EQ(get("/v1/sessions/4")["outcome"]["kind"], "nothing_changed");
   EXPECT_EQ(get("/v1/sessions/4")["outcome"]["good"], true);
+  const std::string metrics = http_request(fixture.socket(), "GET", "/metrics").body;
+  EXPECT_NE(metrics.find("\ncellcal_calibration_published 1\n"), std::string::npos) << metrics;
 
   // If spheres are missed a full session is required; it can be replayed nevertheless.
   restart("tool_shift_mm = [0.0, 0.0, -14.0]\n");

@@ -178,6 +178,15 @@ TEST(Meaning, CountsOnlyCertifiedLengthsOfWhichBothEndsWereTouched) {
       says(section_of(html_report(input), "meaning"), "A wrong scale does not show either"));
 }
 
+TEST(Meaning, CountsTheLengthsThatHoldTheScaleAsTheVerdictDoes) {
+  ReportInput input = made_up_session({.spheres = 3});
+  input.calibration.verdict.findings = {
+      {calib::FindingKind::kScaleByLengths, calib::Severity::kInforms, {}, {{"lengths", 1.0, ""}}}};
+  EXPECT_TRUE(
+      says(section_of(html_report(input), "meaning"), "is determined here by 1 certified length "))
+      << "an end of the other had too few touches";
+}
+
 TEST(Meaning, SaysWhatTheVerdictFoundToHoldTheScale) {
   ReportInput input = made_up_session({.spheres = 3});
   const auto found = [&](calib::FindingKind kind) {
@@ -348,6 +357,15 @@ TEST(CellPicture, ShowsEveryTargetFromAboveAndFromTheSide) {
   EXPECT_EQ(occurrences(cell, "<svg"), 2U);
   EXPECT_EQ(occurrences(cell, "class=\"ball\""), 6U);
   EXPECT_EQ(occurrences(cell, "class=\"certified\""), 4U);
+}
+
+TEST(CellPicture, IsFromAboveOnlyWhereZIsUp) {
+  ReportInput input = made_up_session();
+  EXPECT_TRUE(says(section_of(html_report(input), "cell"), "From above"));
+  input.calibration.cell.robot.gravity_m_s2 = {0.0, 0.0, 9.81};
+  const std::string hung = section_of(html_report(input), "cell");
+  EXPECT_FALSE(says(hung, "From above"));
+  EXPECT_TRUE(says(hung, "Along z"));
 }
 
 TEST(Targets, ShowEffectiveRadiusAgainstNominalAndTheCertifiedLengths) {

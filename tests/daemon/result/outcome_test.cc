@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
 
 #include "calib/model/enum_table.h"
@@ -231,6 +232,28 @@ TEST(ADocument, HasItsSentencesInEnglishAndAsPhrases) {
   const auto document = nlohmann::json::parse(document_of(check));
   EXPECT_NE(document["words"][1].get<std::string>().find("zero of A2"), std::string::npos);
   EXPECT_NE(document["words"][2].get<std::string>().find("zero of A3"), std::string::npos);
+}
+
+TEST(AnOutcome, ThatIsWithheldNamesItsReasonsInWords) {
+  SessionOutcome outcome = of(a_calibration(false));
+  outcome.withheld_by = {calib::FindingKind::kTooFewTouches, calib::FindingKind::kRank};
+  EXPECT_EQ(in_language(outcome, "en").front(), "calibration withheld: too few touches, rank");
+  const auto expect_words = [](const SessionOutcome& one) {
+    for (const std::string& code : calib::Language::codes())
+      for (const std::string& line : in_language(one, code.c_str()))
+        EXPECT_FALSE(std::regex_search(line, std::regex(R"((say|finding)\.[a-z_])"))) << line;
+  };
+  for (const calib::FindingKind kind : all_values<calib::FindingKind>()) {
+    outcome.withheld_by = {kind};
+    expect_words(outcome);
+  }
+  for (const QualificationFinding kind : all_values<QualificationFinding>()) {
+    Qualification qualification;
+    qualification.findings = {kind};
+    expect_words(of(qualification));
+  }
+  for (const calib::UpdateOutcome kind : all_values<calib::UpdateOutcome>())
+    expect_words(of(an_update(kind)));
 }
 
 TEST(EveryKind, OfOutcomeFindingAndCauseHasANameInEveryLanguage) {

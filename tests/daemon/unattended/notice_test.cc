@@ -154,6 +154,9 @@ TEST_F(NewsOfASession, AreToldWhereAWindowPassedWithoutOne) {
   ASSERT_TRUE(notice);
   EXPECT_EQ(notice->news, News::kNotBegun);
   EXPECT_NE(words(notice->why).find("--release"), std::string::npos) << words(notice->why);
+  const Message german = compose(*notice, *calib::Language::of("de"), "h");
+  EXPECT_EQ(german.subject, "Zeitplan 'nightly': im Zeitfenster vom 2026-11-22 nicht begonnen");
+  EXPECT_NE(german.body.find("\nBeleg: "), std::string::npos) << german.body;
   decision.verb = Verb::kWaiting;
   EXPECT_FALSE(news_of(decision, journal));
   decision.verb = Verb::kBegun;

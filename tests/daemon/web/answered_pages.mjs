@@ -1,9 +1,9 @@
-// Pages in a browser with answers of the test: a cell on hold and its release, long names and many sessions, the keyboard, paper, and
-// a plant's collector on a telephone; in German.
+// Pages in a browser with answers of the test: a cell on hold and its release, long names and many sessions, the keyboard, paper, a
+// hung arm and a plant's collector on a telephone; in German.
 
 import assert from "node:assert/strict";
 import { build } from "esbuild";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { catalogues } from "../catalogues.mjs";
 import { find_browser, launch, leave, LONG } from "./page_browser.mjs";
 
@@ -12,6 +12,8 @@ const { outputFiles } = await build({
   entryPoints: ["src/main.tsx", "src/abort.ts", "src/fleet/fleet.tsx", "src/style.css"], bundle: true, format: "esm", target: ["es2021"], preserveSymlinks: true,
   jsx: "automatic", jsxImportSource: "preact", outdir: "page", entryNames: "[name]", loader: { ".svg": "file" }, plugins: [catalogues], write: false, logLevel: "warning",
 });
+const sample = await build({ entryPoints: ["tests/kr5.ts"], format: "esm", write: false });
+const { kr5 } = await import(`data:text/javascript,${encodeURIComponent(sample.outputFiles[0].text)}`);
 const TYPES = { js: "text/javascript", css: "text/css" };
 const FILES = Object.fromEntries(outputFiles.map(({ path, contents }) => {
   const name = path.slice(path.lastIndexOf("/") + 1);
@@ -110,6 +112,38 @@ async function keeps_long_names_and_the_focus_in_sight_on_a_telephone() {
   await leave(page);
 }
 
+/** The drawn cell of `scene`, as PNG. */
+async function drawn(scene) {
+  const idle = { seq: 1, phase: "idle", session: 3, running: false, arm: { motion: "unknown", packet_age_s: null } };
+  const answers = { "/v1/status": idle, "/v1/me": { role: "operate", name: "test" }, "/v1/scene": scene,
+                    "/v1/sessions/3/plan": { session: 3, touches: [{ index: 0, target: scene.targets[0].id, set: "fit", joints_deg: [0, -90, 90, 0, 0, 0], way_deg: [], tip_mm: scene.targets[0].centre_mm }] } };
+  const page = await open("index", { width: 1280, height: 1600 }, ({ pathname }) => answers[pathname] && { json: answers[pathname] });
+  await page.locator("ul.legend").waitFor(LONG);
+  await page.waitForTimeout(1000); // the first frames
+  const png = await page.locator(".canvas canvas").screenshot();
+  await leave(page);
+  return png;
+}
+
+const half_turn = ([x, y, z]) => [x, -y, -z];
+
+async function draws_a_hung_arm_on_the_floor_of_its_cell() {
+  const [scene, targets] = [kr5(), [[900, -320, 330], [700, 400, 600]]];
+  const place = (turn) => ({ ...scene, up: turn([0, 0, 1]), floor_mm: -200, targets: targets.map((one, i) => ({ ...scene.targets[0], id: `S${i}`, centre_mm: turn(one) })) });
+  const upright = await drawn(place((one) => one));
+  // An upright arm whose base frame is upside down.
+  const hung = await drawn({ ...place(half_turn), base: [1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0] });
+  writeFileSync("screenshots/upright.png", upright);
+  writeFileSync("screenshots/hung.png", hung);
+  assert.ok(upright.equals(hung), "not the same: screenshots/upright.png, hung.png");
+}
+
+async function names_the_spheres_distinguishably() {
+  const named = (id) => drawn({ ...kr5(), targets: [{ ...kr5().targets[0], id }] });
+  for (const name of ["Kugel", "Eine sehr lange Bezeichnung der Kugel"])
+    assert.ok(!(await named(`${name} 1`)).equals(await named(`${name} 2`)), `${name} 1 as ${name} 2`);
+}
+
 async function writes_thousands_of_sessions_only_once() {
   const page = await open("index", { width: 1280, height: 800 }, idle_cell(2000));
   await page.getByRole("button", { name: "Alle 2000 zeigen" }).click(LONG);
@@ -159,7 +193,8 @@ async function shows_a_plant_in_german_on_a_telephone() {
 }
 
 try {
-  for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, keeps_long_names_and_the_focus_in_sight_on_a_telephone, writes_thousands_of_sessions_only_once,
+  for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, keeps_long_names_and_the_focus_in_sight_on_a_telephone,
+                      draws_a_hung_arm_on_the_floor_of_its_cell, names_the_spheres_distinguishably, writes_thousands_of_sessions_only_once,
                       is_shown_in_a_browser_without_a_locale, shows_a_plant_in_german_on_a_telephone]) {
     await step();
     console.log(`ok      the page ${step.name.replaceAll("_", " ")}`);

@@ -70,6 +70,17 @@ test("a cell of the plant that needs what this page does not know is not shown a
   assert.deepEqual(fleet.certificate_files({ files: [{ name: "a.html", base64: "<b>" }, { name: "a.html", base64: "PGI" }, { name: "a.html", base64: "PGI+" }] }), [{ name: "a.html", base64: "PGI+" }]);
 });
 
+test("an update of a cell of the plant that finds nothing changed is not withheld", () => {
+  assert.equal(fleet.verdict({ published: false, findings: ["update_not_needed"] }), "history.nothing_changed");
+  assert.equal(fleet.verdict({ published: false, findings: ["changed"] }), "fleet.withheld");
+  assert.equal(fleet.verdict({ published: true, findings: [] }), "fleet.published");
+});
+
+test("a text of a cell does not turn around the sentence that holds it", () => {
+  const sessions = fleet.cell_seen({ state: {}, sessions: [{ session: 1, state: "failed", failure: "a\u202Eb\u2066c\n" }] })?.sessions;
+  assert.equal(sessions?.[0]?.failure, "a b c\n");
+});
+
 test("corrections are those of the joint that is asked for, and asked for again when a cell has another calibration", () => {
   const all = fleet.corrections({ corrections: [{ plant: "graz", cell: "weld-3", correction: 0.1, sigma: 0.01 }] })!;
   assert.equal(fleet.of_asked({ asked: "joint=A1", all }, "joint=A1"), all);

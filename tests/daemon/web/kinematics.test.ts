@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as decode from "../src/decode";
-import { carried, inverse, origin, place, posture, times } from "../src/kinematics";
+import { carried, inverse, origin, place, posture, times, upright } from "../src/kinematics";
 import { kr5 } from "./kr5";
 
 const scene = decode.scene(kr5());
@@ -57,4 +57,11 @@ test("what a positioner carries turns with the axes up to its own", () => {
   near(place(carried(beside, "E2", []), at), at);
   const moved = carried(beside, "E2", [35, -70]);
   near(times(inverse(moved), moved), [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]);
+});
+
+test("upright turns the base frame so that up is z", () => {
+  near(upright([0, 0, 1]), [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]);
+  near(place(upright([0, 0, -1]), [100, 200, 1100]), [100, -200, -1100]); // hung: x stays
+  near(place(upright([1, 0, 0]), [100, 0, 300]), [300, 0, 100]); // on a wall: z is horizontal
+  near(place(upright([0.6, 0, 0.8]), [6, 0, 8]), [0, 0, 10]);
 });

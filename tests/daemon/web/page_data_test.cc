@@ -229,6 +229,15 @@ TEST_F(AFoundArm, IsToldWithTouchesVerdictAndFindings) {
   EXPECT_NEAR(known.at("touches").at(1).at("u95_mm").get<double>(), 0.4, 1e-5);
 }
 
+TEST_F(AFoundArm, ThatAnUpdateFoundUnchangedIsNotWithheld) {
+  found.verdict.findings = {{calib::FindingKind::kUpdateNotNeeded, calib::Severity::kWithholds},
+                            {calib::FindingKind::kNoGain, calib::Severity::kWithholds}};
+  const json findings =
+      json::parse(figures_to_json({}, cell, {touch}, &found)).at("result").at("findings");
+  EXPECT_EQ(findings.at(0).at("severity"), "informs");
+  EXPECT_EQ(findings.at(1).at("severity"), "withholds");
+}
+
 SessionRecord done(std::int64_t id, const std::string& cell,
                    RecordState state = RecordState::kDone) {
   SessionRecord record;

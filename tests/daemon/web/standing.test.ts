@@ -38,12 +38,12 @@ const line = (chart: object | null, versions: object[] = [version()], language: 
 test("a calibration that holds says how good it is, since when, and when it is checked next", () => {
   const got = line(checks());
   assert.deepEqual([got.state, got.action], ["holds", "check"]);
-  assert.equal(got.headline.replace(/\u00a0/g, " "), "Calibration of 25 Nov holds: TCP ±0.10 mm, checked 2 h ago");
+  assert.equal(got.headline.replace(/\u00a0/g, " "), "Calibration of 25 Nov holds: TCP ±0.10 mm (95 %), checked 2 h ago");
   assert.match(got.more.join(" "), /^Nothing to do\. Next check by 11\u00a0Dec\.$/);
   const unchecked = line(checks(standing({ by_check: false, evidence_s: CALIBRATED_S })));
   assert.match(unchecked.headline, /made 2 days ago, not checked since/);
   const german = line(checks(), [version({ scope: "near targets" })], "de");
-  assert.match(german.headline.replace(/\u00a0/g, " "), /^Kalibrierung vom 25\. Nov\.? gilt: TCP ±0,10 mm nahe den Kugeln, geprüft vor 2 Std\.$/);
+  assert.match(german.headline.replace(/\u00a0/g, " "), /^Kalibrierung vom 25\. Nov\.? gilt: TCP ±0,10 mm \(95 %\) nahe den Kugeln, geprüft vor 2 Std\.$/);
 });
 
 test("nothing is to be done only while nothing runs, nothing has failed and the daemon answers", () => {
@@ -60,7 +60,7 @@ test("nothing is to be done only while nothing runs, nothing has failed and the 
 });
 
 test("an emulated cell, whose clock gives no age, has none", () => {
-  assert.match(line(checks(standing({ evidence_s: 9.5e8, due_s: null }))).headline, /^Calibration of the emulated cell holds: TCP ±0\.10\u00a0mm, checked$/);
+  assert.match(line(checks(standing({ evidence_s: 9.5e8, due_s: null }))).headline, /^Calibration of the emulated cell holds: TCP ±0\.10\u00a0mm \(95 %\), checked$/);
   const unchecked = line(checks(standing({ by_check: false, evidence_s: 9.5e8, due_s: null })));
   assert.match(unchecked.headline, /, not checked yet$/);
   assert.equal(unchecked.more.join(" "), "Nothing to do.");

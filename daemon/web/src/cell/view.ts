@@ -1,20 +1,21 @@
 // 3D view of the cell: three.js, rendered only after changes.
 
 import {
-  AmbientLight, BoxGeometry, BufferGeometry, CanvasTexture, CapsuleGeometry, Color, CylinderGeometry,
+  AmbientLight, Box3, BoxGeometry, BufferGeometry, CanvasTexture, CapsuleGeometry, Color, CylinderGeometry,
   DirectionalLight, Float32BufferAttribute, Group, Line, LineBasicMaterial, LineDashedMaterial,
   Matrix4, Mesh, MeshStandardMaterial, OctahedronGeometry, PerspectiveCamera,
   SRGBColorSpace, Scene as Stage, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer, GridHelper,
   type Material, type Object3D,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { carried, inverse, origin, place, posture } from "../kinematics";
+import { shortened } from "../format";
+import { carried, inverse, origin, place, posture, upright } from "../kinematics";
 import type { Frame, PlannedTouch, Point, Scene, Solid, Touch } from "../types";
 
 export type Side = "front" | "side" | "top" | "fit";
 
 const M_PER_MM = 1e-3;
-const UP = new Vector3(0, 0, 1);
+const Z = new Vector3(0, 0, 1);
 const SIDES: Record<Side, [number, number, number]> = {
   fit: [1.5, -1.25, 0.75], front: [2.2, 0, 0.25], side: [0, -2.2, 0.25], top: [0.01, 0, 2.5],
 };
@@ -27,6 +28,8 @@ const EASE_MS = 180;
 const PEDESTAL_MM = 12;
 const FOV_DEG = 38;
 const WIDE = 1.35;
+/** Of the canvas of a name. */
+const NAME_FONT = "600 44px system-ui, sans-serif", NAME_PX = 64, NAME_BEGIN_PX = 26, NAME_M = 0.085;
 
 const point = ([x, y, z]: Point) => new Vector3(x, y, z).multiplyScalar(M_PER_MM);
 function matrix(frame: Frame): Matrix4 {
@@ -59,6 +62,8 @@ export class CellView {
   private readonly stage = new Stage();
   private readonly camera = new PerspectiveCamera(FOV_DEG, 1, 0.02, 60);
   private readonly controls: OrbitControls;
+  /** The base frame, turned so that its `up` is the stage's z. */
+  private readonly room = new Group();
   private readonly arm = new Group();
   /** Surroundings and touches by what carries them: "" the floor, else an axis of the positioner. */
   private readonly still = new Map<string, Group>();
@@ -66,6 +71,7 @@ export class CellView {
   private readonly size: ResizeObserver;
   private scene: Scene | null = null;
   private parts: Group[] = [];
+  private up = Z;
   private centre = new Vector3(0.6, 0, 0.6);
   private reach = 1.5;
   private drawn: number[] = [];
@@ -79,12 +85,14 @@ export class CellView {
   constructor(private readonly box: HTMLElement) {
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     box.append(this.renderer.domElement);
-    this.camera.up.copy(UP);
+    this.camera.up.copy(Z);
+    this.room.matrixAutoUpdate = false;
+    this.room.add(this.arm);
     const sun = new DirectionalLight(0xffffff, 2.2);
     sun.position.set(2, -3, 5);
     const back = new DirectionalLight(0xffffff, 0.7);
     back.position.set(-3, 3, 2);
-    this.stage.add(new AmbientLight(0xffffff, 1.3), sun, back, this.arm);
+    this.stage.add(new AmbientLight(0xffffff, 1.3), sun, back, this.room);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.enableZoom = true;
     this.controls.addEventListener("change", () => this.draw_soon());
@@ -103,6 +111,8 @@ export class CellView {
   show_scene(scene: Scene): void {
     const same = this.scene?.joints.length === scene.joints.length;
     this.scene = scene;
+    this.up = new Vector3(...scene.up);
+    this.room.matrix.copy(matrix(upright(scene.up)));
     this.still.forEach(free);
     free(this.arm);
     this.add_surroundings(scene);
@@ -181,7 +191,7 @@ export class CellView {
     const made = new Group();
     made.matrixAutoUpdate = false;
     all.set(on, made);
-    this.stage.add(made);
+    this.room.add(made);
     return made;
   }
 
@@ -207,8 +217,8 @@ export class CellView {
     for (const one of scene.stands) this.add_solid(one, stand);
     for (const one of scene.obstacles) this.add_solid(one, this.paint("obstacle", 0.55));
     const floor = new GridHelper(4, 16, this.colour("grid-strong"), this.colour("grid"));
-    floor.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), UP);
-    floor.position.z = (scene.floor_mm ?? lowest_mm(scene)) * M_PER_MM;
+    floor.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), this.up);
+    floor.position.copy(this.up).multiplyScalar((scene.floor_mm ?? lowest_mm(scene)) * M_PER_MM);
     this.group(this.still, "").add(floor);
   }
 
@@ -232,7 +242,7 @@ export class CellView {
       if (Math.abs(d) > 1e-3) group.add(rod(new Vector3(), knee, radius, light));
       if (end.distanceTo(knee) > 1e-3) group.add(rod(knee, end, radius, light));
       const hub = new Mesh(new CylinderGeometry(radius * 1.12, radius * 1.12, radius * 2.3, 28), dark);
-      hub.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), UP);
+      hub.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), Z);
       group.add(hub);
       return group;
     });
@@ -245,7 +255,7 @@ export class CellView {
     flange.add(rod(neck, tip, Math.max(0.003, (scene.tool.tip_radius_mm ?? 0) * M_PER_MM), dark));
     this.parts.push(flange);
     const foot = new Mesh(new CylinderGeometry(0.17, 0.2, PEDESTAL_MM * M_PER_MM, 32), dark);
-    foot.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), UP);
+    foot.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), Z);
     const base = new Group();
     base.matrixAutoUpdate = false;
     base.matrix.copy(matrix(scene.base));
@@ -256,14 +266,10 @@ export class CellView {
   }
 
   private frame_scene(scene: Scene): void {
-    const low = new Vector3(-0.2, -0.3, 0), high = new Vector3(0.3, 0.3, 0.9);
-    for (const target of scene.targets)
-      if (target.centre_mm) {
-        low.min(point(target.centre_mm));
-        high.max(point(target.centre_mm));
-      }
-    this.centre = low.clone().add(high).multiplyScalar(0.5);
-    this.reach = Math.max(0.6, 0.62 * high.distanceTo(low));
+    const box = new Box3(new Vector3(-0.2, -0.3, 0), new Vector3(0.3, 0.3, 0.9)).applyMatrix4(matrix(scene.base));
+    for (const target of scene.targets) if (target.centre_mm) box.expandByPoint(point(target.centre_mm));
+    box.applyMatrix4(this.room.matrix).getCenter(this.centre);
+    this.reach = Math.max(0.6, 0.62 * box.max.distanceTo(box.min));
   }
 
   private pin(touch: PlannedTouch | Touch, tip: Point, kind: "planned" | "fit" | "check" | "next", mark_mm: number): void {
@@ -271,8 +277,8 @@ export class CellView {
     // Without angles where it was touched in the base frame.
     const on = touch.positioner_deg.length > 0 ? target?.on ?? "" : "";
     const at = point(this.scene ? place(inverse(carried(this.scene, on, touch.positioner_deg)), tip) : tip);
-    const outwards = target?.centre_mm ? at.clone().sub(point(target.centre_mm)) : UP.clone();
-    if (outwards.length() < 1e-6) outwards.copy(UP);
+    const outwards = target?.centre_mm ? at.clone().sub(point(target.centre_mm)) : this.up.clone();
+    if (outwards.length() < 1e-6) outwards.copy(this.up);
     const end = at.clone().addScaledVector(outwards.normalize(), PIN_MM * M_PER_MM);
     const line = new BufferGeometry().setFromPoints([at, end]);
     const style = { color: this.colour(kind) };
@@ -291,22 +297,23 @@ export class CellView {
 
   private words(text: string, beside: Vector3, radius: number): Sprite {
     const canvas = document.createElement("canvas");
-    canvas.width = 128;
-    canvas.height = 64;
     const ctx = canvas.getContext("2d");
     if (ctx) {
-      ctx.font = "600 44px system-ui, sans-serif";
-      ctx.textAlign = "center";
+      const name = shortened(text);
+      ctx.font = NAME_FONT;
+      canvas.width = NAME_BEGIN_PX + Math.ceil(ctx.measureText(name).width);
+      canvas.height = NAME_PX; // a new size clears the font
+      ctx.font = NAME_FONT;
       ctx.textBaseline = "middle";
       ctx.fillStyle = `#${this.colour("ink").getHexString()}`;
-      ctx.fillText(text.slice(0, 6), 64, 32);
+      ctx.fillText(name, NAME_BEGIN_PX, NAME_PX / 2);
     }
     const map = new CanvasTexture(canvas);
     map.colorSpace = SRGBColorSpace;
     const sprite = new Sprite(new SpriteMaterial({ map, depthTest: false }));
-    sprite.scale.set(0.17, 0.085, 1);
-    sprite.center.set(-0.1, 0.95); // below and to the right, clear of the pins above
-    sprite.position.copy(beside).addScaledVector(UP, -radius);
+    sprite.scale.set((NAME_M * canvas.width) / NAME_PX, NAME_M, 1);
+    sprite.center.set(0, 0.95); // below and to the right, clear of the pins above
+    sprite.position.copy(beside).addScaledVector(this.up, -radius);
     return sprite;
   }
 
@@ -374,9 +381,9 @@ function shape_of(solid: Solid): BufferGeometry {
   return mesh;
 }
 
-/** Height of the drawn floor where the cell file states none: below the lowest stand, or the base. */
-function lowest_mm(scene: Scene): number {
-  const stands = scene.stands.map((one) =>
-    one.shape === "cylinder" ? (one.frame[11] ?? 0) - (one.height_mm ?? 0) / 2 : (one.frame[11] ?? 0));
-  return Math.min(0, ...stands);
+/** Height of the drawn floor where the cell file states none: below the lowest stand and target, or the arm's foot. */
+function lowest_mm({ stands, targets, up: [x, y, z] }: Scene): number {
+  const height = (at: Point) => x * at[0] + y * at[1] + z * at[2];
+  return Math.min(0, ...stands.map((one) => height(origin(one.frame)) - (one.shape === "cylinder" ? (one.height_mm ?? 0) / 2 : 0)),
+                  ...targets.map((one) => (one.centre_mm ? height(one.centre_mm) : 0)));
 }

@@ -70,7 +70,7 @@ export function CellDetail({ cell, old }: { cell: FleetCell; old: boolean }) {
               <tr key={of(one)}>
                 <th scope="row">{one.session}</th>
                 <td>{fmt.time(one.at)}</td>
-                <td>{say(one.published ? "fleet.published" : "fleet.withheld")}{one.is_update && <small> {say("fleet.update")}</small>}</td>
+                <td>{say(decode.verdict(one))}{one.is_update && <small> {say("fleet.update")}</small>}</td>
                 <td>{one.published && fmt.mm(decode.predicted_mm(one))}</td>
                 <td><a href={`${path}/calibrations/${of(one)}`} download={`${cell.cell}-${one.session}-calibration.json`}>{say("calibration.json")}</a></td>
                 <td>{one.certificate && <Certificate path={`${path}/certificates/${of(one)}`} />}</td>

@@ -18,6 +18,10 @@ export const calibrations_in_use = (cells: api.FleetCell[]): string =>
 /** Of the workspace, else near the targets. */
 export const predicted_mm = (one: { over_mm: number | null; near_mm: number | null }) => one.over_mm ?? one.near_mm;
 
+/** An update that finds nothing changed withholds nothing. */
+export const verdict = (one: { published: boolean; findings: string[] }) =>
+  one.published ? "fleet.published" : one.findings.includes("update_not_needed") ? "history.nothing_changed" : "fleet.withheld";
+
 /** A file cut off would be none. */
 export const certificate_files = (value: unknown): { name: string; base64: string }[] =>
   list(fields(value)?.files).flatMap((one) => {

@@ -2,15 +2,16 @@
 
 import { touch_in_hand } from "../sentence";
 import type { PlannedTouch, Status, Touch } from "../types";
-import { useVoice } from "./context";
+import { useTranslated, useVoice } from "./context";
 
 export function Progress({ status, touches, plan }: { status: Status; touches: Touch[]; plan: PlannedTouch[] }) {
   const { say } = useVoice();
+  const [told, lang] = useTranslated(status, status.warnings.length > 0);
   return (
     <div class="progress">
       {status.running && <Ahead status={status} touches={touches} plan={plan} />}
-      {status.warnings.map((one) => <p class="note" lang="en" key={one}>▲ {one}</p>)}
-      {status.interruptions > 0 && <p class="note">{say("interruptions", { n: status.interruptions })}</p>}
+      {told.warnings.map((one) => <p class="note" lang={lang} key={one}>▲ {one}</p>)}
+      {status.interruptions > 0 && <p class="note">{say(status.interruptions === 1 ? "interruption" : "interruptions", { n: status.interruptions })}</p>}
       {status.busy_repeats > 0 && <p class="note">{say("busy.repeats", { n: status.busy_repeats })}</p>}
     </div>
   );
@@ -33,7 +34,7 @@ function Ahead({ status, touches, plan }: { status: Status; touches: Touch[]; pl
       )}
       <dl class="figures">
         <Figure name={say("progress.kind")} value={say("progress.kind.of", { session: status.session, kind: say(`kind.${status.kind}`) })} />
-        <Figure name={say("progress.time")} value={status.time_left_s === null ? say("progress.time.unknown") : fmt.duration(status.time_left_s)} />
+        <Figure name={say("progress.time")} value={status.time_left_s === null && (n < total || total === 0) ? say("progress.time.unknown") : fmt.duration(status.time_left_s)} />
         {status.u95_mm !== null && (
           <Figure name={say("u95")} value={(first !== null && first > status.u95_mm ? `${fmt.short_mm(first)} → ` : "") +
             `±${fmt.short_mm(status.u95_mm)}` + (status.goal_mm !== null ? `, ${say("progress.u95.goal", { goal: fmt.short_mm(status.goal_mm) })}` : "")} />

@@ -1,7 +1,6 @@
 // Open proposals of the plant, to be accepted or refused. Neither causes motion.
 
 import { useState } from "preact/hooks";
-import { shell_word } from "../format";
 import type { Proposal, ProposalsSeen } from "../types";
 import { useVoice } from "./context";
 import { SayWhy } from "./say_why";
@@ -41,7 +40,7 @@ export function Proposals({ seen, may, changed }: { seen: ProposalsSeen; may: bo
       </ul>
       {to_do.map((one) => (
         <p class="note" key={one.id}>{say(one.kind === "priors" ? "proposal.to_do.priors" : "proposal.to_do.schedule", {
-          file: one.kind === "priors" ? shell_word(one.file) : one.file, time: fmt.time(one.decided), by: one.decided_by })}</p>
+          file: one.file, command: one.command, time: fmt.time(one.decided), by: one.decided_by })}</p>
       ))}
       {asked && (
         <SayWhy title={wish(asked.of)} go={say(`proposal.${asked.verb}`)} needed={asked.verb === "refuse"}

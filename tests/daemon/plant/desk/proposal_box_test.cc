@@ -7,6 +7,7 @@
 #include <set>
 
 #include "calib/files/input_file.h"
+#include "calib/files/priors_file.h"
 #include "calib/model/error.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -32,7 +33,8 @@ struct AProposalBox : ::testing::Test {
                           answers.push_back(answer);
                           worths.push_back(worth);
                         },
-                        [this](ProposalKind kind) { return policy.contains(kind); }});
+                        [this](ProposalKind kind) { return policy.contains(kind); },
+                        [this] { return robot; }});
   }
   NotDecided::Why why_not(const std::function<void()>& act) {
     try {
@@ -49,6 +51,7 @@ struct AProposalBox : ::testing::Test {
   std::vector<AnswerFact> answers;
   std::vector<Worth> worths;
   std::set<ProposalKind> policy;
+  CellRobot robot;
   bool in_the_way = false, mute = false;
   const Say anna{"anna", "fits", "t1"};
 };
@@ -104,6 +107,34 @@ TEST_F(AProposalBox,
   in_the_way = false;
   all.accept("p-1", anna);
   EXPECT_EQ(activated, (std::vector<std::string>{"7 anna"}));
+}
+
+std::string priors_of(const std::string& nominal_geometry) {
+  calib::FleetPriors priors;
+  priors.made = "2026-11-22T20:00:00Z";
+  priors.robot = "KR 10 R900";
+  priors.nominal_geometry = nominal_geometry;
+  priors.arms = 3;
+  priors.joints = {{"A1", {}, 0.0}};
+  return calib::priors_to_toml(priors);
+}
+
+TEST_F(AProposalBox, RefusesPriorsOfAnotherModelAndHasTheWholeCommandForOthers) {
+  const std::string own(64, 'a'), other(64, 'b');
+  ProposalBox all = box();
+  all.take(proposal("p-1", ProposalKind::kPriors, priors_of(other)), "t0");  // no session yet
+  robot = {"/etc/cells/my arm.toml", "KR 5 R1400", own};
+  EXPECT_EQ(why_not([&] { all.accept("p-1", anna); }), NotDecided::Why::kUnusable);
+  EXPECT_EQ(all.take(proposal("p-2", ProposalKind::kPriors, priors_of(other)), "t0"),
+            Stand::kRefused);
+  EXPECT_EQ(all.all()[0].reason,
+            "priors of KR 10 R900, nominal geometry bbbbbbbbbbbb; this cell's KR 5 R1400 has "
+            "aaaaaaaaaaaa. Use priors learned from this model");
+  all.take(proposal("p-3", ProposalKind::kPriors, priors_of(own)), "t0");
+  const Proposal accepted = all.accept("p-3", anna).proposal;
+  EXPECT_EQ(all.command_of(accepted), "cellcal priors accept " + all.file_of(accepted).string() +
+                                          " --robot '/etc/cells/my arm.toml' -o NEW.toml");
+  EXPECT_EQ(all.command_of(proposal("p-4")), "");
 }
 
 TEST_F(AProposalBox, AcceptsByItselfWhatTheConfigurationNamesAndNeverAScheduleOrPriors) {
