@@ -94,7 +94,7 @@ std::vector<JointVector> last_leg(const PlannedTouch& touch) {
           touch.transit.end()};
 }
 
-/// Where the arm begins.
+/// Position of the arm, and whether the tip is in contact there.
 struct Standing {
   const JointVector& from;
   bool in_contact;

@@ -220,7 +220,7 @@ json findings_to_json(const std::vector<calib::Finding>& findings,
                       const calib::Language& language) {
   json list = json::array();
   for (const calib::Finding& finding : findings) {
-    // Of such an update nothing is withheld: the calibration in use holds.
+    // Such an update withholds nothing: the calibration in use holds.
     const bool holds = finding.kind == calib::FindingKind::kUpdateNotNeeded;
     list.push_back(
         {{"kind", calib::to_string(finding.kind)},

@@ -99,7 +99,7 @@ struct Identification {
   const char *issuer, *name, *key;
 };
 
-/// Of entries that are stated.
+/// Only entries that are stated.
 Node add_identifications(Node parent, const Json& of, std::initializer_list<Identification> all) {
   Node list = parent.append_child("dcc:identifications");
   for (const auto& [issuer, name, key] : all) {

@@ -44,14 +44,14 @@ struct Sources {
   std::optional<calib::Calibration> earlier;  ///< from `compared`, if readable
   nlohmann::json calibration_json, cell_json, robot_json;
 
-  // Of an origin "calibration#/POINTER", "cell#..." or "robot#..."; not stated where it is missing.
+  // Origins are "calibration#/POINTER", "cell#..." or "robot#..."; not stated where it is missing.
 
   /// String or integer.
   Entry text(const std::string& from) const;
   Entry number(const std::string& from, const std::string& unit, int decimals) const;
   /// Twice that value: expanded uncertainty of a sigma.
   Entry expanded(const std::string& from, const std::string& unit, int decimals) const;
-  /// Of an array; otherwise 0.
+  /// Length of an array; otherwise 0.
   std::size_t size(const std::string& from) const;
 
  private:
@@ -62,7 +62,7 @@ struct Sources {
 /// Refused where it has no calibration or was not completed.
 Sources read_sources(const Archive& archive, const std::string& from);
 
-/// Of the touches: rejected by the fit or among the check touches.
+/// Touches rejected by the fit or among the check touches.
 std::vector<bool> outliers_of(const Sources& sources);
 
 // Figures of accuracy, as parts of the content (figures.cc).

@@ -1,4 +1,4 @@
-// What cellcal correct writes, and the record by which it refuses a second correction.
+// Output of cellcal correct, and the record by which it refuses a second correction.
 
 #include <algorithm>
 #include <map>

@@ -77,7 +77,7 @@ CellNow::Check check_of(const calib::CheckMeasurement& seen) {
           decided ? seen.tcp_shift_m : std::nullopt};
 }
 
-/// Of the newest session; empty where it cannot be read.
+/// Robot of the newest session; empty where it cannot be read.
 plant::CellRobot robot_of(Journal& journal) try {
   for (const SessionRecord& one : journal.sessions()) {
     if (one.origin) continue;

@@ -159,7 +159,7 @@ struct PlanScene {
   std::optional<double> floor_z;  ///< horizontal floor, where z points up
   bool z_is_up = true;
 
-  /// Of the view with this axis upwards.
+  /// Heading of the view with this axis upwards.
   std::string heading(int upward) const;
 };
 

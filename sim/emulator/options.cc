@@ -365,7 +365,7 @@ int channel_of(const std::vector<RsiElement>& elements, const std::string& name,
   return found == elements.end() ? 0 : found->index;
 }
 
-/// Of an input of the ETHERNET object; other objects than these are not emulated.
+/// Source of an input of the ETHERNET object; other objects than these are not emulated.
 RsiSentValue::Of source_of(const RsiContextFile& context, const drivers::RsiInput* input) {
   using Of = RsiSentValue::Of;
   constexpr double kModeOp = 5;

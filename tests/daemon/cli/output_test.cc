@@ -30,7 +30,7 @@ class OutputOfACommand : public ::testing::Test {
     put("cal.json", calib::calibration_to_json(c));
     put("poses.csv", "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n980.5,-120.25,700,20,75,-10\n");
     put("joints.csv", "A1,A2,A3,A4,A5,A6\n0,-90,90,0,30,0\n");
-    put("$config.dat", taught(cell().robot, frames(), {}).config);
+    put("config.dat", taught(cell().robot, frames(), {}).config);
     EXPECT_EQ(run_program({CELLCAL, "plan", "--cell", dir_ / "cell.toml", "--touches", "12", "-o",
                            dir_ / "touches.csv"})
                   .status,
@@ -65,7 +65,7 @@ TEST_F(OutputOfACommand, IsRefusedWhereItIsAnInputOfTheCommand) {
         {"predict --calibration cal.json --joints joints.csv", "-o cal.json"},
         {"correct --calibration cal.json --poses poses.csv", "-o poses.csv"},
         {"correct --calibration cal.json --poses poses.csv", "-o cal.json"},
-        {"frames --calibration cal.json --config $config.dat", "-o $config.dat"},
+        {"frames --calibration cal.json --config config.dat", "-o config.dat"},
         {"export-robot --calibration cal.json", "-o cal.json"},
         {"import-robot --robot robot.toml", "-o robot.toml"}}) {
     SCOPED_TRACE(std::string(command) + " " + output);

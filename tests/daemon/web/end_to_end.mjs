@@ -747,7 +747,7 @@ const steps = {
     const panel = page.locator(".plots");
     await panel.getByRole("heading", { name: "Plots of the calibration in use (session 5)" }).waitFor(LONG);
     await panel.getByRole("img", { name: "Residual of every touch in millimetres, nominal robot above, calibrated below" }).waitFor(LONG);
-    await panel.getByRole("img", { name: "Predicted position error over distance from axis 1 and height" }).waitFor(LONG);
+    await panel.getByRole("img", { name: "Predicted position error over distance from axis 1 and z of the base" }).waitFor(LONG);
     assert.equal(await panel.getByRole("img", { name: /^Residual after calibration by the position of A/ }).count(), 6);
     for (const [width, height, colorScheme] of VIEWS) {
       await page.emulateMedia({ colorScheme });
