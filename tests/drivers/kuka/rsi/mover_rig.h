@@ -23,12 +23,13 @@ class MoverRig {
   }
 
   /// One packet; its result, if the move is over.
-  std::optional<CoreResult> cycle(bool heard = true, bool advance = true) {
+  std::optional<CoreResult> cycle(bool heard = true, bool advance = true, bool taken = true) {
     now += std::chrono::duration_cast<Duration>(std::chrono::duration<double>(cycle_s));
     ipoc += static_cast<std::uint32_t>(1000 * cycle_s);
     record.push(now, ipoc, arm(commanded), commanded);
     mover.listen(now);
-    const auto result = mover.step({now, cycle_s, {0.001, true}, advance, heard}, commanded);
+    const auto result =
+        mover.step({now, cycle_s, {0.001, true}, advance, heard, true, taken}, commanded);
     record.set_commanded(commanded);
     return result;
   }

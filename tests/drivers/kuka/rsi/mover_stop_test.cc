@@ -264,6 +264,18 @@ TEST(MoverStop, AReplyThatIsNotHeardEndsABrakeWhereTheArmIsHeld) {
   expect_end(end.result, MoveOutcome::kRobotSilent, cause::LateReplies{3});
 }
 
+TEST(MoverStop, ACommandThatWasNotAcceptedIsWithdrawnFromAFrozenArm) {
+  MoverRig rig;
+  ASSERT_FALSE(rig.start(MoveKind::kTransit, 90.0));
+  rig.run(5);  // slow enough for a freeze
+  const AxisAngles held = rig.commanded;
+  rig.run(1);
+  ASSERT_NE(rig.commanded, held);
+  rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
+  EXPECT_FALSE(rig.cycle(false, true, false));
+  EXPECT_EQ(rig.commanded, held);
+}
+
 TEST(MoverStop, RepliesThatAreNotHeardOnTheWayDoNotEndIt) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
