@@ -18,12 +18,8 @@ constexpr int kPostures = 150;
 /// place: with certified lengths they may be consistent with another, and the estimate returns only
 /// one.
 constexpr std::ptrdiff_t kFewest = 4;
-/// Bounds the influence of a single gross touch on later predictions, the next ones excepted: a knocked tool
-/// is off wherever the arm goes next.
+/// Bounds the influence of a single gross touch on later predictions.
 constexpr double kMostOff = 10.0;
-constexpr std::size_t kNewest = 4;
-/// The largest of so many is rarely farther off by chance.
-constexpr double kUsualWorst = 2.5;
 constexpr double kStepM = 0.001;  ///< step between postures on a search line
 
 /// `like`: a touch with the load held; `speed_m_s`: includes the latch delay in the prediction.
@@ -157,7 +153,9 @@ void ContactForecast::take(const Touch& touch) {
   if (count < kFewest) return;
   if (count == kFewest || !running_) return begin();
   const IncrementalEstimate::Taken taken = running_->add(touch);
-  off_sigmas_.push_back(std::abs(taken.off_sigma));
+  const double off = std::min(std::abs(taken.off_sigma), kMostOff);
+  off_squares_ += off * off;
+  ++off_count_;
   // Either this touch or the earlier ones are wrong: the estimate is restarted.
   if (taken.outlier) begin();
 }
@@ -175,27 +173,9 @@ std::ptrdiff_t ContactForecast::made(const std::string& target) const {
   return std::ranges::count(fit_, target, &Touch::target);
 }
 
-bool ContactForecast::doubts(const std::string& target) const {
-  std::size_t seen = 0, left_out = 0;
-  for (std::size_t i = running_->touches().size(); i-- > 0 && seen < kNewest;) {
-    if (running_->touches()[i].target != target) continue;
-    ++seen;
-    if (running_->in_use()[i]) continue;
-    if (seen == 1 || ++left_out == 2) return true;
-  }
-  return false;
-}
-
 /// Scatter of the touches relative to the estimate's expectation; at least 1.
 double ContactForecast::misfit() const {
-  double squares = 0.0, worst = 0.0;
-  for (std::size_t i = 0; i < off_sigmas_.size(); ++i) {
-    squares += std::pow(std::min(off_sigmas_[i], kMostOff), 2);
-    if (i + kNewest >= off_sigmas_.size()) worst = std::max(worst, off_sigmas_[i]);
-  }
-  const double rms =
-      off_sigmas_.empty() ? 0.0 : std::sqrt(squares / static_cast<double>(off_sigmas_.size()));
-  return std::max({1.0, rms, worst / kUsualWorst});
+  return off_count_ > 0 ? std::max(1.0, std::sqrt(off_squares_ / off_count_)) : 1.0;
 }
 
 std::vector<ExpectedContact> ContactForecast::of(const Plan& plan, std::size_t next) const {
@@ -205,7 +185,7 @@ std::vector<ExpectedContact> ContactForecast::of(const Plan& plan, std::size_t n
   std::vector<Touch> postures;
   const double speed_m_s = running_->search_speed_m_s();
   for (std::size_t k = next; k < plan.touches.size(); ++k) {
-    if (made(plan.touches[k].target) < kFewest || doubts(plan.touches[k].target)) continue;
+    if (made(plan.touches[k].target) < kFewest) continue;
     which.push_back(k);
     for (const double further_m : {0.0, kStepM})
       postures.push_back(

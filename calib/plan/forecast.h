@@ -46,21 +46,21 @@ class ContactForecast {
   /// estimate, nothing is predicted, and they are retried with the next touches.
   void learn(std::span<const Touch> touches);
   /// One entry per touch of the plan. Unknown for touches before `next`, and for a target with
-  /// fewer than four touches, or of which the estimate leaves out the newest or two of four.
+  /// fewer than four touches.
   std::vector<ExpectedContact> of(const Plan& plan, std::size_t next) const;
 
  private:
   void take(const Touch& touch);
   void begin();
   std::ptrdiff_t made(const std::string& target) const;
-  bool doubts(const std::string& target) const;
   double misfit() const;
 
   Cell cell_;
   std::size_t learnt_ = 0;
   std::vector<Touch> fit_;
   std::optional<IncrementalEstimate> running_;
-  std::vector<double> off_sigmas_;  ///< of touches before their inclusion
+  double off_squares_ = 0.0;  ///< of touches before their inclusion, in sigmas
+  int off_count_ = 0;
 };
 
 }  // namespace cellcal::calib
