@@ -35,8 +35,6 @@ class IoThread {
  public:
   explicit IoThread(IoThreadOptions options = {});
   ~IoThread();
-  IoThread(const IoThread&) = delete;
-  IoThread& operator=(const IoThread&) = delete;
 
   /// Starts the thread. Returns when its scheduling is settled; warnings() is then complete.
   void start();

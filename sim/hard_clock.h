@@ -44,8 +44,6 @@ class InRealTime {
   using CycleHook = std::function<void(Machine&, drivers::TimePoint now)>;
 
   virtual ~InRealTime() = default;
-  InRealTime(const InRealTime&) = delete;
-  InRealTime& operator=(const InRealTime&) = delete;
 
   void stop() {  ///< Idempotent; joins the thread.
     stopping_ = true;

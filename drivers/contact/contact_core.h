@@ -12,8 +12,8 @@
 #include "drivers/contact.h"
 #include "drivers/contact/clock_map.h"
 #include "drivers/contact/contact_words.h"
-#include "drivers/contact/latest_value.h"
 #include "drivers/contact/wire/ctp_codec.h"
+#include "drivers/latest_value.h"
 
 namespace cellcal::drivers {
 

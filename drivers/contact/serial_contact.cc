@@ -16,8 +16,8 @@
 #include <utility>
 
 #include "drivers/contact/contact_words.h"
-#include "drivers/contact/latest_value.h"
 #include "drivers/contact/port/port_keeper.h"
+#include "drivers/latest_value.h"
 
 namespace cellcal::drivers {
 
@@ -166,7 +166,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   }
 
   ContactStatus status() const {
-    const Published p = published_.read();
+    const Published p = published_.load();
     if (!opened_) return status_of(ContactFacts{});
     ContactStatus s = status_of(p.facts);
     if (p.tests_begun < tests_asked_) s.self_test_ok = false;
@@ -303,7 +303,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     p.unsent = queues_.unsent;
     p.tests_begun = tests_begun_;
     p.at = now;
-    published_.write(p);
+    published_.store(p);
     schedule(now);
   }
 
@@ -360,7 +360,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kCommands>> commands_;
   boost::lockfree::spsc_queue<ArmAnswer, boost::lockfree::capacity<kAnswers>> answers_;
   boost::lockfree::spsc_queue<ContactRecord, boost::lockfree::capacity<kRecords>> records_;
-  LatestValue<Published> published_;
+  Seqlock<Published> published_;
   PortQueues queues_;
 
   // io thread

@@ -16,7 +16,6 @@ namespace {
 
 constexpr int kWorkspacePoses = 1000;
 constexpr int kLocalPoses = 300;
-constexpr double kLocalHalfM = 0.150;
 constexpr double kWarmedUp = 1.0;
 constexpr unsigned kSeed = 4711;  // differs from the estimator's: other poses than it predicted for
 
@@ -100,7 +99,7 @@ TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibra
       centres.push_back(nominal.nominal_tcp(q).translation());
   }
   const auto near = [&](int count) {
-    return calib::local_poses(nominal, around, centres, kLocalHalfM, count, kSeed);
+    return calib::local_poses(nominal, around, centres, count, kSeed);
   };
   const auto anywhere = [&](int count) { return calib::workspace_poses(nominal, count, kSeed); };
   TruthFigures result;

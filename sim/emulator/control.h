@@ -25,8 +25,6 @@ class Control {
   /// `path`: a FIFO, created if absent, or "-". Throws std::runtime_error.
   Control(const std::string& path, std::function<std::string(std::string_view line)> obey);
   ~Control();
-  Control(const Control&) = delete;
-  Control& operator=(const Control&) = delete;
 
  private:
   struct Impl;

@@ -29,6 +29,11 @@ CLI::Validator within(double low, double high) {
           range};
 }
 
+void add_bounded(CLI::App& app, const char* name, double& value, double low, double high,
+                 const char* words) {
+  app.add_option(name, value, words)->capture_default_str()->check(within(low, high));
+}
+
 /// In the unit of its name; default 0.
 void add_scaled(CLI::App& app, const char* name, double& value, double unit, double most,
                 const char* words) {
@@ -77,10 +82,8 @@ void add_controller_options(CLI::App& app, EmulatorOptions& options) {
          },
          "First-order lag of the arm behind its setpoint")
       ->default_str("20");
-  app.add_option("--joint-noise-deg", options.controller.noise_sigma_deg,
-                 "1 sigma of the reported axis angles")
-      ->capture_default_str()
-      ->check(within(0.0, 1.0));
+  add_bounded(app, "--joint-noise-deg", options.controller.noise_sigma_deg, 0.0, 1.0,
+              "1 sigma of the reported axis angles");
   app.add_option("--noise-seed", options.controller.seed, "Seed of that noise")
       ->capture_default_str();
   CLI::Option* accurate = app.add_flag(
@@ -114,9 +117,8 @@ void add_sensor_options(CLI::App& app, EmulatorOptions& options) {
       "The sensor is the board on Ethernet, at ADDRESS:PORT of this computer; the daemon's "
       "[contact] device is then udp:ADDRESS:PORT");
   app.add_option("--baud", options.baud, "Of the sensor's line")->capture_default_str();
-  app.add_option("--mcu-drift-ppm", options.mcu_drift_ppm, "Of the sensor's clock")
-      ->capture_default_str()
-      ->check(within(-1000.0, 1000.0));
+  add_bounded(app, "--mcu-drift-ppm", options.mcu_drift_ppm, -1000.0, 1000.0,
+              "Of the sensor's clock");
   app.add_option_function<std::string>(
          "--fault",
          [&options](const std::string& fault) {
@@ -216,10 +218,6 @@ using drivers::RsiElement;
 using drivers::RsiObject;
 
 constexpr std::size_t kAxes = 6;
-// Defaults of the objects for parameters absent from the context.
-constexpr double kDefaultPrecision = 1, kDefaultTimeout = 10, kDefaultClampDeg = 5,
-                 kDefaultMonitorDeg = 6;
-constexpr double kDefaultClampMm = 5;
 
 /// Inputs of AXISCORR or POSCORR, in order.
 std::string value_name(bool space, std::size_t i) {
@@ -281,13 +279,13 @@ void apply_axis_limits(const RsiContextFile& context, const RsiObject& corrector
   controller.clamp_deg = controller.monitor_deg = std::numeric_limits<double>::infinity();
   const RsiObject* monitor = context.only("AXISCORRMON");
   for (std::size_t i = 1; i <= kAxes; ++i) {
-    const double low = number(corrector, fmt::format("LowerLimA{}", i), -kDefaultClampDeg);
-    const double high = number(corrector, fmt::format("UpperLimA{}", i), kDefaultClampDeg);
+    const double low = number(corrector, fmt::format("LowerLimA{}", i), -drivers::kRsiClamp);
+    const double high = number(corrector, fmt::format("UpperLimA{}", i), drivers::kRsiClamp);
     controller.clamp_deg = std::min({controller.clamp_deg, -low, high});
     controller.monitor_deg = std::min(
         controller.monitor_deg,
-        monitor == nullptr ? kDefaultMonitorDeg
-                           : number(*monitor, fmt::format("MaxA{}", i), kDefaultMonitorDeg));
+        monitor == nullptr ? drivers::kRsiMonitor
+                           : number(*monitor, fmt::format("MaxA{}", i), drivers::kRsiMonitor));
   }
 }
 
@@ -308,26 +306,26 @@ void check_external(const RsiContextFile& context, const RsiChannelFile& channel
 /// AXISCORREXT; an external axis that it does not drive is not corrected.
 void apply_travel_limits(const RsiContextFile& context, const RsiChannelFile& channel,
                          ControllerConfig& controller) {
-  constexpr int kRsi3Input = 7, kMostExternal = 6;
+  using drivers::kMostExternal;
   controller.clamp_external.assign(kMostExternal, 0.0);
-  controller.monitor_external.assign(kMostExternal, kDefaultMonitorDeg);
+  controller.monitor_external.assign(kMostExternal, drivers::kRsiMonitor);
   const RsiObject* corrector = context.only("AXISCORREXT");
   if (corrector == nullptr) return;
   const RsiObject* monitor = context.only("AXISCORRMON");
   bool wired = false;
   for (int i = 0; i < kMostExternal; ++i) {
     const drivers::RsiInput* input =
-        corrector->input((context.rsi_version == 3 ? kRsi3Input : 1) + i);
+        corrector->input((context.rsi_version == 3 ? drivers::kRsi3ExternalInput : 1) + i);
     if (input == nullptr) continue;
     wired = true;
     check_external(context, channel, *corrector, *input, i + 1);
     const auto axis = static_cast<std::size_t>(i);
     controller.clamp_external[axis] =
-        std::min(-number(*corrector, fmt::format("LowerLimE{}", i + 1), -kDefaultClampMm),
-                 number(*corrector, fmt::format("UpperLimE{}", i + 1), kDefaultClampMm));
+        std::min(-number(*corrector, fmt::format("LowerLimE{}", i + 1), -drivers::kRsiClamp),
+                 number(*corrector, fmt::format("UpperLimE{}", i + 1), drivers::kRsiClamp));
     if (monitor != nullptr)
       controller.monitor_external[axis] =
-          number(*monitor, fmt::format("MaxE{}", i + 1), kDefaultMonitorDeg);
+          number(*monitor, fmt::format("MaxE{}", i + 1), drivers::kRsiMonitor);
   }
   if (!wired)
     throw std::invalid_argument(
@@ -338,11 +336,11 @@ void apply_space_limits(const RsiContextFile& context, const RsiObject& correcto
                         ControllerConfig& controller) {
   controller.clamp_mm = std::numeric_limits<double>::infinity();
   for (const char axis : {'X', 'Y', 'Z'}) {
-    const double low = number(corrector, fmt::format("LowerLim{}", axis), -kDefaultClampMm);
-    const double high = number(corrector, fmt::format("UpperLim{}", axis), kDefaultClampMm);
+    const double low = number(corrector, fmt::format("LowerLim{}", axis), -drivers::kRsiClamp);
+    const double high = number(corrector, fmt::format("UpperLim{}", axis), drivers::kRsiClamp);
     controller.clamp_mm = std::min({controller.clamp_mm, -low, high});
   }
-  controller.clamp_turn_deg = number(corrector, "MaxRotAngle", kDefaultClampDeg);
+  controller.clamp_turn_deg = number(corrector, "MaxRotAngle", drivers::kRsiClamp);
   const int frame = static_cast<int>(number(corrector, "RefCorrSys", 1));
   constexpr int kTool = 3;
   if (frame < 0 || frame > kTool) {
@@ -351,10 +349,11 @@ void apply_space_limits(const RsiContextFile& context, const RsiObject& correcto
   }
   controller.cartesian_system = frame == kTool ? CorrectionFrame::kTool : CorrectionFrame::kBase;
   const RsiObject* monitor = context.only("POSCORRMON");
-  controller.monitor_mm =
-      monitor == nullptr ? kDefaultMonitorDeg : number(*monitor, "MaxTrans", kDefaultMonitorDeg);
-  controller.monitor_turn_deg =
-      monitor == nullptr ? kDefaultMonitorDeg : number(*monitor, "MaxRotAngle", kDefaultMonitorDeg);
+  controller.monitor_mm = monitor == nullptr ? drivers::kRsiMonitor
+                                             : number(*monitor, "MaxTrans", drivers::kRsiMonitor);
+  controller.monitor_turn_deg = monitor == nullptr
+                                    ? drivers::kRsiMonitor
+                                    : number(*monitor, "MaxRotAngle", drivers::kRsiMonitor);
 }
 
 /// INDX of the element NAME or NAME.ATTRIBUTE; 0: internal, or none.
@@ -409,42 +408,28 @@ void check_release(const RsiContextFile& context, EmulatorOptions& options) {
 void add_truth_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option("--cell", options.cell, "Cell file")->required()->check(CLI::ExistingFile);
   app.add_option("--seed", options.truth.seed, "Seed of the hidden errors")->capture_default_str();
-  app.add_option("--scale", options.truth.geometry_scale,
-                 "Geometric errors in units of the robot file's tolerances")
-      ->capture_default_str()
-      ->check(within(0.0, 100.0));
-  app.add_option("--deflection", options.truth.deflection,
-                 "Bending of the tool c_t [1/(N m^2)]; negative: drawn from its prior")
-      ->capture_default_str()
-      ->check(within(-1.0, 1.0));
+  add_bounded(app, "--scale", options.truth.geometry_scale, 0.0, 100.0,
+              "Geometric errors in units of the robot file's tolerances");
+  add_bounded(app, "--deflection", options.truth.deflection, -1.0, 1.0,
+              "Bending of the tool c_t [1/(N m^2)]; negative: drawn from its prior");
   app.add_option_function<double>(
          "--placement", [&options](double mm) { options.truth.placement_m = mm * 1e-3; },
          "Distance of all spheres from their places in the cell file [mm], 1 sigma; default 1")
       ->check(within(0.0, 100.0));
-  app.add_option("--gear-arcsec", options.truth.gear_arcsec,
-                 "Transmission error, 1 sigma per harmonic")
-      ->capture_default_str()
-      ->check(within(0.0, 1000.0));
-  app.add_option("--wave-arcsec", options.truth.wave_arcsec,
-                 "Six waves of 5 to 35 per turn of each joint, rms, 1 sigma")
-      ->capture_default_str()
-      ->check(within(0.0, 1000.0));
-  app.add_option("--compliance-sigma-rad-per-nm", options.truth.compliance_rad_per_nm,
-                 "Compliance of each joint under its load, 1 sigma; 0: the robot file's")
-      ->capture_default_str()
-      ->check(within(0.0, 1e-3));
-  app.add_option("--play-arcsec", options.truth.play_arcsec,
-                 "Half of each joint's play, to the side of its load, 1 sigma")
-      ->capture_default_str()
-      ->check(within(0.0, 1000.0));
+  add_bounded(app, "--gear-arcsec", options.truth.gear_arcsec, 0.0, 1000.0,
+              "Transmission error, 1 sigma per harmonic");
+  add_bounded(app, "--wave-arcsec", options.truth.wave_arcsec, 0.0, 1000.0,
+              "Six waves of 5 to 35 per turn of each joint, rms, 1 sigma");
+  add_bounded(app, "--compliance-sigma-rad-per-nm", options.truth.compliance_rad_per_nm, 0.0, 1e-3,
+              "Compliance of each joint under its load, 1 sigma; 0: the robot file's");
+  add_bounded(app, "--play-arcsec", options.truth.play_arcsec, 0.0, 1000.0,
+              "Half of each joint's play, to the side of its load, 1 sigma");
   add_scaled(app, "--tip-offset-mm", options.truth.tip_offset_m, 1e-3, 10.0,
              "Deviation of the tip from the cell file [mm], at most, along each axis");
   add_scaled(app, "--growth-ppm", options.truth.growth, 1e-6, 1000.0,
              "Growth of all lengths of the arm from cold to warmed up [ppm]");
-  app.add_option("--warm-up-s", options.truth.warm_up_s,
-                 "Time constant of the growth, from power on [s]")
-      ->capture_default_str()
-      ->check(within(1.0, 1e5));
+  add_bounded(app, "--warm-up-s", options.truth.warm_up_s, 1.0, 1e5,
+              "Time constant of the growth, from power on [s]");
   add_scaled(app, "--contact-noise-mm", options.truth.contacts.noise_m, 1e-3,
              kMostContactNoiseM * 1e3, "Noise of each closing of the circuit [mm], 1 sigma");
   add_scaled(app, "--bad-contact-percent", options.truth.contacts.bad_share, 1e-2, 100.0,
@@ -542,8 +527,8 @@ void apply_context(const RsiContextFile& context, const RsiChannelFile& channel,
     throw std::invalid_argument(fmt::format("{}: {}: file {} not found", load_call(context),
                                             context.name, named == nullptr ? "" : named->value));
   }
-  controller.precision = static_cast<int>(number(*ethernet, "Precision", kDefaultPrecision));
-  controller.timeout_cycles = static_cast<int>(number(*ethernet, "Timeout", kDefaultTimeout));
+  controller.precision = static_cast<int>(number(*ethernet, "Precision", drivers::kRsiPrecision));
+  controller.timeout_cycles = static_cast<int>(number(*ethernet, "Timeout", drivers::kRsiTimeout));
   const std::vector<int> channels = value_channels(channel, space);
   for (std::size_t i = 0; i < kAxes; ++i) {
     const drivers::RsiInput* input = corrector->input(static_cast<int>(i) + 1);

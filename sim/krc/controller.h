@@ -93,8 +93,6 @@ enum class RsiPhase { kBeforeRsiOn, kRunning, kEnded, kFaulted };
 class Controller {
  public:
   explicit Controller(ControllerConfig config);
-  Controller(const Controller&) = delete;
-  Controller& operator=(const Controller&) = delete;
 
   /// The program is reset, selected and started: RSI_ON at the current pose, correction 0, Delay 0.
   /// Without drives, or with the emergency stop pressed, it ends immediately with a message.

@@ -68,8 +68,6 @@ class EkiController final : krl::Mover {
 
   /// Throws std::invalid_argument.
   explicit EkiController(EkiControllerConfig config);
-  EkiController(const EkiController&) = delete;
-  EkiController& operator=(const EkiController&) = delete;
 
   /// The next interpolation cycle, at `now` (the caller keeps the clock).
   void tick(TimePoint now);

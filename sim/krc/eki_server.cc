@@ -37,8 +37,6 @@ struct EkiStreamServer::Endpoint {
   ~Endpoint() {
     if (datagrams.fd >= 0) ::close(datagrams.fd);
   }
-  Endpoint(const Endpoint&) = delete;
-  Endpoint& operator=(const Endpoint&) = delete;
 
   EkiChannel& channel() { return krc.channel(index); }
   bool is_open() const { return udp ? datagrams.fd >= 0 : client.is_open(); }

@@ -35,13 +35,10 @@ BoundSocket bind_socket(const std::string& address, std::uint16_t port, bool udp
 template <class Peer>
 class OneClientPort {
  public:
-  OneClientPort() = default;
   ~OneClientPort() {
     if (client_ >= 0) ::close(client_);
     if (listener_.fd >= 0) ::close(listener_.fd);
   }
-  OneClientPort(const OneClientPort&) = delete;
-  OneClientPort& operator=(const OneClientPort&) = delete;
 
   bool is_open() const { return listener_.fd >= 0; }
   void open(const std::string& address, std::uint16_t port) {

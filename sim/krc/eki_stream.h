@@ -46,8 +46,6 @@ class EkiStream {
   /// Throws std::invalid_argument.
   explicit EkiStream(EkiStreamConfig config);
   ~EkiStream();
-  EkiStream(const EkiStream&) = delete;
-  EkiStream& operator=(const EkiStream&) = delete;
 
   void tick(drivers::TimePoint now);
   drivers::Duration cycle() const;

@@ -30,8 +30,6 @@ class Fd {
 class McuThread {
  public:
   virtual ~McuThread() = default;
-  McuThread(const McuThread&) = delete;
-  McuThread& operator=(const McuThread&) = delete;
 
   /// Device name for a driver: a terminal's slave end, or "udp:ADDRESS:PORT".
   const std::string& path() const { return path_; }

@@ -95,9 +95,39 @@ std::string lower_latency(int fd, const std::string& path) {
   return fmt::format("{}: low-latency mode could not be set ({})", path, std::strerror(why));
 }
 
+/// Terminal settings of an open descriptor: exclusive, close-on-exec, non-blocking, raw, with a read()
+/// that waits for a byte instead of reporting the end of the file. Throws DriverError.
+void make_exclusive_and_raw(int fd, const std::string& path) {
+  const auto fail = [&path](const char* what) {
+    throw DriverError(fmt::format("{}: {} failed: {}", path, what, std::strerror(errno)));
+  };
+  if (::ioctl(fd, TIOCEXCL) != 0) fail("TIOCEXCL");
+  if (::fcntl(fd, F_SETFD, FD_CLOEXEC) != 0) fail("close-on-exec");
+  const int flags = ::fcntl(fd, F_GETFL);
+  if (flags < 0 || ::fcntl(fd, F_SETFL, flags | O_NONBLOCK) != 0) fail("non-blocking mode");
+  termios tio{};
+  if (::tcgetattr(fd, &tio) != 0) fail("tcgetattr");
+  ::cfmakeraw(&tio);
+  tio.c_cflag |= CLOCAL | CREAD;
+  // Closing must not drop DTR, which resets many boards: the sensor keeps its clock and boot id.
+  tio.c_cflag &= ~static_cast<tcflag_t>(HUPCL);
+  // libserialport leaves VMIN at 0, and Asio takes an empty read for the end of the file.
+  tio.c_cc[VMIN] = 1;
+  tio.c_cc[VTIME] = 0;
+  if (::tcsetattr(fd, TCSANOW, &tio) != 0) fail("tcsetattr");
+  if (::tcflush(fd, TCIOFLUSH) != 0) fail("tcflush");
+}
+
+/// Discards unsent data and releases exclusive access; to be called just before close().
+void let_go(int fd) {
+  // Both fail on an unplugged device, with nothing to discard or release.
+  [[maybe_unused]] const int flushed = ::tcflush(fd, TCIOFLUSH);
+  [[maybe_unused]] const int shared = ::ioctl(fd, TIOCNXCL);
+}
+
 class RealPort : public Port {
  public:
-  RealPort(const std::string& path, int baud) : path_(path), lock_(path) {
+  RealPort(const std::string& path, int baud) : Port(path) {
     if (sp_get_port_by_name(path.c_str(), &port_) != SP_OK) {
       throw DriverError(cannot_open(path, errno == 0 ? ENODEV : errno));
     }
@@ -109,10 +139,6 @@ class RealPort : public Port {
     }
   }
   ~RealPort() override { shut(); }
-
-  int fd() const override { return fd_; }
-  const std::string& path() const override { return path_; }
-  const std::string& warning() const override { return warning_; }
 
  private:
   void configure(int baud) {
@@ -147,16 +173,14 @@ class RealPort : public Port {
     port_ = nullptr;
   }
 
-  std::string path_, warning_;
-  PortLock lock_;
   sp_port* port_ = nullptr;
   bool open_ = false;
-  int fd_ = -1;
 };
 
+/// libserialport 0.1.1 cannot open pseudo-terminals (they are not in /sys and refuse TIOCMGET).
 class PseudoTerminal : public Port {
  public:
-  PseudoTerminal(const std::string& path, int baud) : path_(path), lock_(path) {
+  PseudoTerminal(const std::string& path, int baud) : Port(path) {
     fd_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (fd_ < 0) throw DriverError(cannot_open(path, errno));
     try {
@@ -172,21 +196,12 @@ class PseudoTerminal : public Port {
     let_go(fd_);
     ::close(fd_);
   }
-
-  int fd() const override { return fd_; }
-  const std::string& path() const override { return path_; }
-  const std::string& warning() const override { return warning_; }
-
- private:
-  std::string path_, warning_;
-  PortLock lock_;
-  int fd_ = -1;
 };
 
 }  // namespace
 
 PortReading Port::read(std::span<std::uint8_t> into) {
-  const ssize_t n = ::read(fd(), into.data(), into.size());
+  const ssize_t n = ::read(fd_, into.data(), into.size());
   PortReading reading;
   const int error = n < 0 ? errno : 0;
   reading.arrived = std::chrono::steady_clock::now();
@@ -202,7 +217,7 @@ PortReading Port::read(std::span<std::uint8_t> into) {
 bool Port::write(std::span<const std::uint8_t> frame) {
   ssize_t n = -1;
   do {
-    n = ::write(fd(), frame.data(), frame.size());
+    n = ::write(fd_, frame.data(), frame.size());
   } while (n < 0 && errno == EINTR);
   return n == static_cast<ssize_t>(frame.size());
 }
@@ -220,7 +235,7 @@ std::unique_ptr<Port> open_port(const PortOptions& options) {
   const std::string path = real.string();
   if (!std::filesystem::is_character_file(real)) throw DriverError(cannot_open(path, ENOTTY));
   if (path.rfind(kPseudoTerminals, 0) == 0 && !options.always_libserialport) {
-    return open_pseudo_terminal(path, options.baud);
+    return std::make_unique<PseudoTerminal>(path, options.baud);
   }
   if (path.rfind(kUsbNodes, 0) == 0) return open_usb_port(path, options.baud, options.priority);
   return open_real_port(path, options.baud);
@@ -302,39 +317,8 @@ PortLock::~PortLock() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-void make_exclusive_and_raw(int fd, const std::string& path) {
-  const auto fail = [&path](const char* what) {
-    throw DriverError(fmt::format("{}: {} failed: {}", path, what, std::strerror(errno)));
-  };
-  if (::ioctl(fd, TIOCEXCL) != 0) fail("TIOCEXCL");
-  if (::fcntl(fd, F_SETFD, FD_CLOEXEC) != 0) fail("close-on-exec");
-  const int flags = ::fcntl(fd, F_GETFL);
-  if (flags < 0 || ::fcntl(fd, F_SETFL, flags | O_NONBLOCK) != 0) fail("non-blocking mode");
-  termios tio{};
-  if (::tcgetattr(fd, &tio) != 0) fail("tcgetattr");
-  ::cfmakeraw(&tio);
-  tio.c_cflag |= CLOCAL | CREAD;
-  // Closing must not drop DTR, which resets many boards: the sensor keeps its clock and boot id.
-  tio.c_cflag &= ~static_cast<tcflag_t>(HUPCL);
-  // libserialport leaves VMIN at 0, and Asio takes an empty read for the end of the file.
-  tio.c_cc[VMIN] = 1;
-  tio.c_cc[VTIME] = 0;
-  if (::tcsetattr(fd, TCSANOW, &tio) != 0) fail("tcsetattr");
-  if (::tcflush(fd, TCIOFLUSH) != 0) fail("tcflush");
-}
-
-void let_go(int fd) {
-  // Both fail on an unplugged device, with nothing to discard or release.
-  [[maybe_unused]] const int flushed = ::tcflush(fd, TCIOFLUSH);
-  [[maybe_unused]] const int shared = ::ioctl(fd, TIOCNXCL);
-}
-
 std::unique_ptr<Port> open_real_port(const std::string& path, int baud) {
   return std::make_unique<RealPort>(path, baud);
-}
-
-std::unique_ptr<Port> open_pseudo_terminal(const std::string& path, int baud) {
-  return std::make_unique<PseudoTerminal>(path, baud);
 }
 
 }  // namespace cellcal::drivers

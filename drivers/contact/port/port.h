@@ -40,33 +40,6 @@ struct PortReading {
   TimePoint arrived{};   ///< arrival of the bytes in this computer, as precisely as known
 };
 
-/// An open, exclusive, non-blocking port. Closing discards unsent data.
-class Port {
- public:
-  virtual ~Port() = default;
-  /// Valid during the lifetime, for polling: readable when read() has data.
-  virtual int fd() const = 0;
-  /// Reads pending data. Does not block beyond the kernel's own delays.
-  virtual PortReading read(std::span<std::uint8_t> into);
-  /// Writes a whole frame. False: not or not completely accepted.
-  virtual bool write(std::span<const std::uint8_t> frame);
-  /// Device path after resolving symlinks.
-  virtual const std::string& path() const = 0;
-  /// Deficiency of the port and its remedy; empty if there is none.
-  virtual const std::string& warning() const = 0;
-};
-
-/// Selected by the device name: a board on Ethernet, a pseudo-terminal (termios), a USB node
-/// (/dev/bus/usb, libusb), otherwise libserialport. Throws DriverError: no such device, no
-/// permission, in use, not a serial port; ConfigError.
-std::unique_ptr<Port> open_port(const PortOptions& options);
-
-// Sentences for failures to open a serial device, with the remedy.
-
-/// From errno of open(): no such device, not a serial port, permission (with the required group), busy, or the
-/// system's error message.
-std::string cannot_open(const std::string& device, int error);
-
 // Exclusive use of a serial device per process: a lock file, held by flock so that a crash releases
 // it.
 
@@ -83,6 +56,44 @@ class PortLock {
   int fd_ = -1;
 };
 
+/// An open, exclusive, non-blocking port. Closing discards unsent data.
+class Port {
+ public:
+  virtual ~Port() = default;
+  /// Valid during the lifetime, for polling: readable when read() has data.
+  int fd() const { return fd_; }
+  /// Reads pending data. Does not block beyond the kernel's own delays.
+  virtual PortReading read(std::span<std::uint8_t> into);
+  /// Writes a whole frame. False: not or not completely accepted.
+  virtual bool write(std::span<const std::uint8_t> frame);
+  /// Device path after resolving symlinks.
+  const std::string& path() const { return path_; }
+  /// Deficiency of the port and its remedy; empty if there is none.
+  const std::string& warning() const { return warning_; }
+
+ protected:
+  /// Locks the device. Derived classes open `fd_`, and close it in their destructor, before the lock is released.
+  explicit Port(const std::string& path) : path_(path), lock_(path) {}
+
+  const std::string path_;
+  std::string warning_;
+  int fd_ = -1;
+
+ private:
+  PortLock lock_;
+};
+
+/// Selected by the device name: a board on Ethernet, a pseudo-terminal (termios), a USB node
+/// (/dev/bus/usb, libusb), otherwise libserialport. Throws DriverError: no such device, no
+/// permission, in use, not a serial port; ConfigError.
+std::unique_ptr<Port> open_port(const PortOptions& options);
+
+// Sentences for failures to open a serial device, with the remedy.
+
+/// From errno of open(): no such device, not a serial port, permission (with the required group), busy, or the
+/// system's error message.
+std::string cannot_open(const std::string& device, int error);
+
 /// Name of the lock file of a device: LCK..ttyUSB0, LCK..pts-3 (as used by minicom and others).
 std::string lock_name(const std::string& device);
 
@@ -90,18 +101,9 @@ std::string lock_name(const std::string& device);
 
 /// Through libserialport, which provides port names, descriptions and arbitrary baud rates.
 std::unique_ptr<Port> open_real_port(const std::string& path, int baud);
-/// libserialport 0.1.1 cannot open pseudo-terminals (they are not in /sys and refuse TIOCMGET).
-std::unique_ptr<Port> open_pseudo_terminal(const std::string& path, int baud);
-
 /// Through libusb, bypassing the terminal: a node below /dev/bus/usb of a CDC-ACM or FTDI adapter.
 /// `priority`: SCHED_FIFO of the I/O thread; 0: none.
 std::unique_ptr<Port> open_usb_port(const std::string& path, int baud, int priority);
-
-/// Terminal settings of an open descriptor: exclusive, close-on-exec, non-blocking, raw, with a read()
-/// that waits for a byte instead of reporting the end of the file. Throws DriverError.
-void make_exclusive_and_raw(int fd, const std::string& path);
-/// Discards unsent data and releases exclusive access; to be called just before close().
-void let_go(int fd);
 
 // A board on Ethernet as a port: one datagram contains whole frames of CTP/1.
 //

@@ -123,8 +123,6 @@ class PortPump {
            std::function<void()> lost);
   /// Sends queued frames, joins both threads, closes the port.
   ~PortPump();
-  PortPump(const PortPump&) = delete;
-  PortPump& operator=(const PortPump&) = delete;
 
  private:
   void read_port();
@@ -151,8 +149,6 @@ class PortKeeper {
   /// The queues must outlive this object.
   PortKeeper(PortKeeperOptions options, PortQueues& queues);
   ~PortKeeper();
-  PortKeeper(const PortKeeper&) = delete;
-  PortKeeper& operator=(const PortKeeper&) = delete;
 
   /// Number of the next opening: PortUpdate of it and of later ones have at least this number.
   std::uint32_t next_opening() const;

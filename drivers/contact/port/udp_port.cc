@@ -70,7 +70,7 @@ TimePoint arrival_of(msghdr& message) {
 
 class UdpPort final : public Port {
  public:
-  UdpPort(const std::string& device, const sockaddr_in& to) : path_(device), lock_(device) {
+  UdpPort(const std::string& device, const sockaddr_in& to) : Port(device) {
     fd_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (fd_ < 0) throw DriverError(fmt::format("{}: socket: {}", device, std::strerror(errno)));
     const int on = 1;
@@ -87,12 +87,6 @@ class UdpPort final : public Port {
     }
   }
   ~UdpPort() override { ::close(fd_); }
-  UdpPort(const UdpPort&) = delete;
-  UdpPort& operator=(const UdpPort&) = delete;
-
-  int fd() const override { return fd_; }
-  const std::string& path() const override { return path_; }
-  const std::string& warning() const override { return warning_; }
 
   /// Never lost: an ICMP error for an absent board counts as silence.
   PortReading read(std::span<std::uint8_t> into) override {
@@ -120,11 +114,6 @@ class UdpPort final : public Port {
     if (n < 0 && errno == ECONNREFUSED) n = ::send(fd_, frame.data(), frame.size(), MSG_NOSIGNAL);
     return n == static_cast<ssize_t>(frame.size());
   }
-
- private:
-  std::string path_, warning_;
-  PortLock lock_;
-  int fd_ = -1;
 };
 
 }  // namespace

@@ -192,8 +192,6 @@ class UsbDevice {
     }
   }
   ~UsbDevice() { shut(); }
-  UsbDevice(const UsbDevice&) = delete;
-  UsbDevice& operator=(const UsbDevice&) = delete;
 
   libusb_context* context() const { return context_; }
   libusb_device_handle* handle() const { return handle_; }
@@ -402,7 +400,7 @@ class UsbBridge {
 class UsbPort : public Port {
  public:
   UsbPort(const std::string& path, int baud, int priority)
-      : path_(path), lock_(path), device_(path, baud), bridge_(device_) {
+      : Port(path), device_(path, baud), bridge_(device_) {
     std::array<int, 2> ends{};
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()) != 0) {
       throw DriverError(fmt::format("{}: socketpair failed: {}", path, std::strerror(errno)));
@@ -421,16 +419,10 @@ class UsbPort : public Port {
     ::close(far_);
   }
 
-  int fd() const override { return fd_; }
-  const std::string& path() const override { return path_; }
-  const std::string& warning() const override { return warning_; }
-
  private:
-  const std::string path_, warning_;
-  PortLock lock_;
   UsbDevice device_;
   UsbBridge bridge_;
-  int fd_ = -1, far_ = -1;
+  int far_ = -1;
   std::thread thread_;
 };
 

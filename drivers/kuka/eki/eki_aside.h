@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -15,53 +14,6 @@
 #include "drivers/time.h"
 
 namespace cellcal::drivers {
-
-/// Sans I/O: bytes in, bytes out.
-class EkiAside {
- public:
-  virtual ~EkiAside() = default;
-  virtual void on_bytes(std::string_view bytes, TimePoint now) = 0;
-  virtual void on_tick(TimePoint now) = 0;
-  virtual void on_closed() = 0;
-  /// Output to be sent completely, once.
-  virtual std::string drain_output() = 0;
-  virtual bool ended() const = 0;
-};
-
-/// Detects rest of the arm: within 0.01 deg for 0.3 s, the controller's own criterion.
-class EkiRest {
- public:
-  bool update(const EkiState& state, TimePoint now);
-
- private:
-  AxisAngles rest_deg_;
-  TimePoint since_{};
-};
-
-/// The connection, in the caller's thread.
-class EkiAsideLine {
- public:
-  /// Throws DriverError if `address` is not an IP address. `stop`: connecting and running end within 20 ms, as if
-  /// closed.
-  EkiAsideLine(const std::string& address, std::uint16_t port, std::stop_token stop = {});
-  ~EkiAsideLine();
-  EkiAsideLine(const EkiAsideLine&) = delete;
-  EkiAsideLine& operator=(const EkiAsideLine&) = delete;
-
-  /// Reconnects within 3 s. Returns an empty string, or the system's error message. Connects to
-  /// this address only.
-  std::string connect();
-  /// Runs until `aside` has ended; its own time limits ensure that.
-  void run(EkiAside& aside);
-  /// "172.31.1.147:54600"
-  std::string peer() const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
-inline constexpr Duration kEkiReopenPause = std::chrono::milliseconds(100);
 
 struct EkiReconnectLimits {
   /// Retry period of a new client: the controller reopens its port shortly after a client has disconnected, and may
@@ -113,6 +65,7 @@ struct EkiFrameResult {
   EkiFrameTrouble trouble = EkiFrameTrouble::kNone;
   EkiFrameDone refusal = EkiFrameDone::kNotYet;          ///< kRefused
   std::optional<EkiFrameValues> old_values, new_values;  ///< kRead, kSet, kDiffers
+  AxisAngles axes_deg;                                   ///< measured, at rest; without a request
   std::string peer;                                      ///< "172.31.1.147:54600"
   std::string detail;                                    ///< kNoConnection: system error message
 };
@@ -125,35 +78,41 @@ using EkiFrameChoice = std::function<std::optional<EkiFrameValues>(const EkiFram
 /// 32-bit REAL.
 bool same_frame(const EkiFrameValues& sent, const EkiFrameValues& read);
 
-/// `ask`: 1..2^31-1, hard to guess.
-class EkiFrameExchange : public EkiAside {
+/// Sans I/O: bytes in, bytes out.
+class EkiFrameExchange {
  public:
-  EkiFrameExchange(EkiFrameRequest request, std::uint32_t ask, TimePoint connected);
+  /// `ask`: 1..2^31-1, hard to guess.
+  EkiFrameExchange(EkiFrameRequest request, std::uint32_t ask, TimePoint connected)
+      : request_(request), ask_(ask), begun_(connected) {}
+  /// Sends nothing, and reads the position.
+  explicit EkiFrameExchange(TimePoint connected) : begun_(connected) {}
 
-  void on_bytes(std::string_view bytes, TimePoint now) override;
-  void on_tick(TimePoint now) override;
-  void on_closed() override;
-  bool ended() const override { return result_.has_value(); }
+  void on_bytes(std::string_view bytes, TimePoint now);
+  void on_tick(TimePoint now);
+  void on_closed() { end(EkiFrameTrouble::kClosed); }
+  bool ended() const { return result_.has_value(); }
   /// After a read, on the same connection: sets these values. `ask`: different from the preceding
   /// one.
   void set(const EkiFrameValues& values, std::uint32_t ask, TimePoint now);
-  /// From this call on the outcome may be unknown.
-  std::string drain_output() override;
+  /// Output to be sent completely, once. From this call on the outcome may be unknown.
+  std::string drain_output();
   const std::optional<EkiFrameResult>& result() const { return result_; }
 
  private:
   void on_document(std::string_view document, TimePoint now);
+  /// Rest of the arm: within 0.01 deg for 0.3 s, the controller's own criterion.
+  bool stands(TimePoint now);
   void update(TimePoint now);
   void judge(const EkiFrameAnswer& answer);
   void end(EkiFrameTrouble why);
 
-  EkiFrameRequest request_;
-  std::uint32_t ask_;
+  std::optional<EkiFrameRequest> request_;
+  std::uint32_t ask_ = 0;
   EkiFramer framer_;
   EkiParser parser_;
   EkiState state_;
-  EkiRest rest_;
-  TimePoint begun_, heard_at_{}, sent_at_{};
+  AxisAngles rest_deg_;
+  TimePoint begun_, heard_at_{}, sent_at_{}, rest_since_{};
   EkiFrameTrouble in_the_way_ = EkiFrameTrouble::kNoState;
   bool sent_ = false;
   std::string output_;
@@ -189,28 +148,8 @@ struct EkiPosition {
   std::string detail;   ///< kNoConnection: the system's error message
 };
 
-class EkiPositionReading : public EkiAside {
- public:
-  explicit EkiPositionReading(TimePoint connected) : begun_(connected) {}
-
-  void on_bytes(std::string_view bytes, TimePoint now) override;
-  void on_tick(TimePoint now) override;
-  void on_closed() override { end(EkiPositionTrouble::kClosed); }
-  std::string drain_output() override { return {}; }
-  bool ended() const override { return result_.has_value(); }
-  const std::optional<EkiPosition>& result() const { return result_; }
-
- private:
-  void end(EkiPositionTrouble why);
-
-  EkiFramer framer_;
-  EkiParser parser_;
-  EkiState state_;
-  EkiRest rest_;
-  TimePoint begun_, heard_at_{};
-  EkiPositionTrouble in_the_way_ = EkiPositionTrouble::kNoState;
-  std::optional<EkiPosition> result_;
-};
+/// Of an exchange without a request.
+EkiPosition position_of(const EkiFrameResult& result);
 
 /// Over TCP, in the calling thread; retried according to `limits` if the controller accepts no client. Throws
 /// DriverError if `address` is not an IP address.

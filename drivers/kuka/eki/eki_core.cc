@@ -5,6 +5,8 @@
 #include <string>
 
 #include "drivers/kuka/eki/eki_mover.h"
+#include "drivers/kuka/moves/move_queue.h"
+#include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/wire/xml_values.h"
 #include "drivers/units.h"
 
@@ -25,14 +27,6 @@ constexpr std::size_t kReferenceWindow = 5;
 constexpr double kUnusedStands = 0.1;
 // Interval between requests to start the program: selecting it takes the controller some time.
 constexpr std::chrono::seconds kRunEvery{2};
-
-// Plausibility window of a latch around the sensor's time stamp on the measured path: states are
-// interpolated over 20 ms of motion and of braking, and stamps are up to 12 ms old.
-constexpr double kLatchWindowS = 0.06;
-constexpr double kLatchSlackRad = 0.02 * kRadPerDeg;
-// Interval over which the search speed is taken from the record.
-constexpr double kSpeedSpanS = 0.1;
-constexpr double kSecondsPerMs = 1e-3;
 
 constexpr std::uint32_t kStopReserve = 3;
 
@@ -443,7 +437,7 @@ void EkiCore::rereference() {
   impl_->state.link = RobotLink::kNotReferenced;
 }
 
-void EkiCore::end_session() {
+void EkiCore::close() {
   impl_->stop();
   impl_->ending = true;
 }
@@ -468,83 +462,27 @@ RobotState EkiCore::state() const {
                         impl_->config.address + ":" + std::to_string(impl_->config.port));
 }
 
-EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
-                        const PositionRecord& record, TimePoint now) {
-  const TimePoint edge = touch.contact.first_edge;
-  const auto path = record.actual_at(edge, kSecondsPerMs);
-  // A time stamp outside the record cannot belong to this contact.
-  if (!path) return {std::nullopt, cause::StampOutside{seconds(now - edge)}};
-  Latch latch;
-  latch.contact_rad = *path;
-  latch.settled_rad = touch.settled_rad;
-  latch.contact_time = edge;
-  latch.time_sigma_s = std::hypot(touch.contact.time_sigma_s, config.flag_sigma_s);
-  latch.reaction_s = seconds(touch.stopped_at - edge);
-  latch.bounces = touch.contact.bounces;
-  if (config.stop == EkiStop::kFlag) return {latch, cause::None{}};
-
-  if (!touch.latched_rad) return {std::nullopt, cause::LatchMissing{}};
-  const auto span = from_seconds(kSpeedSpanS);
-  const auto before = record.actual_at(edge - span, kSecondsPerMs);
-  const WireAxes axes(config.limits);
-  for (std::size_t i = 0; i < path->size(); ++i) {
-    const double latched = (*touch.latched_rad)[i];
-    const double speed = before ? ((*path)[i] - (*before)[i]) / kSpeedSpanS : 0.0;
-    const double allowed =
-        kLatchSlackRad + std::abs(speed) * (kLatchWindowS + std::abs(config.latch_delay_s));
-    if (std::abs(latched - (*path)[i]) > allowed) {
-      return {std::nullopt, cause::LatchOutOfRange{axes.name(i), axes.shown(i, latched),
-                                                   axes.shown(i, (*path)[i])}};
-    }
-    latch.contact_rad[i] = latched - speed * config.latch_delay_s;
-  }
-  latch.time_sigma_s = config.latch_jitter_s;
-  return {latch, cause::None{}};
-}
-
-void EkiOutbox::begin(std::uint32_t session) {
+void EkiSender::begin(std::uint32_t session, TimePoint now) {
   session_ = session;
   seq_ = confirmed_ = 0;
   size_ = 0;
-}
-
-bool EkiOutbox::send(EkiCommand command, std::size_t axes, int window, bool urgent) {
-  if (unconfirmed() >= static_cast<std::uint32_t>(window) + (urgent ? kStopReserve : 0)) {
-    return false;
-  }
-  command.session = session_;
-  command.seq = seq_ + 1;
-  command.target_deg.resize(axes, 0.0);
-  const std::string_view text =
-      format_command(command, std::span(bytes_).subspan(size_, bytes_.size() - size_));
-  if (text.empty()) return false;
-  size_ += text.size();
-  ++seq_;
-  return true;
-}
-
-bool EkiOutbox::confirm(std::uint32_t seq) {
-  if (seq > seq_ || seq < confirmed_) return false;
-  confirmed_ = seq;
-  return true;
-}
-
-void EkiOutbox::sent(std::size_t count) {
-  count = std::min(count, size_);
-  std::copy(bytes_.data() + count, bytes_.data() + size_, bytes_.data());
-  size_ -= count;
-}
-
-void EkiSender::begin(std::uint32_t session, TimePoint now) {
-  outbox_.begin(session);
   last_hello_ = now - kHelloPeriod;
   repeat_hello(now);
 }
 
-bool EkiSender::send(const EkiCommand& command, TimePoint now, bool urgent) {
-  const bool idle = outbox_.unconfirmed() == 0;
-  if (!outbox_.send(command, config_.wire_axes(), config_.window, urgent)) return false;
-  if (idle) last_progress_ = now;
+bool EkiSender::send(EkiCommand command, TimePoint now, bool urgent) {
+  if (unconfirmed() >= static_cast<std::uint32_t>(config_.window) + (urgent ? kStopReserve : 0)) {
+    return false;
+  }
+  command.session = session_;
+  command.seq = seq_ + 1;
+  command.target_deg.resize(config_.wire_axes(), 0.0);
+  const std::string_view text =
+      format_command(command, std::span(bytes_).subspan(size_, bytes_.size() - size_));
+  if (text.empty()) return false;
+  if (unconfirmed() == 0) last_progress_ = now;
+  size_ += text.size();
+  ++seq_;
   last_sent_ = now;
   return true;
 }
@@ -562,14 +500,20 @@ void EkiSender::beat(const EkiCommand& command, TimePoint now) {
 }
 
 bool EkiSender::confirm(std::uint32_t seq, TimePoint now) {
-  const std::uint32_t unconfirmed = outbox_.unconfirmed();
-  if (!outbox_.confirm(seq)) return false;
-  if (outbox_.unconfirmed() < unconfirmed) last_progress_ = now;
+  if (seq > seq_ || seq < confirmed_) return false;
+  if (seq > confirmed_) last_progress_ = now;
+  confirmed_ = seq;
   return true;
 }
 
 bool EkiSender::unread(TimePoint now) const {
-  return outbox_.unconfirmed() > 0 && now - last_progress_ > from_seconds(config_.silence_s);
+  return unconfirmed() > 0 && now - last_progress_ > from_seconds(config_.silence_s);
+}
+
+void EkiSender::sent(std::size_t count) {
+  count = std::min(count, size_);
+  std::copy(bytes_.data() + count, bytes_.data() + size_, bytes_.data());
+  size_ -= count;
 }
 
 }  // namespace cellcal::drivers

@@ -19,20 +19,16 @@
 #include "drivers/kuka/eki/eki_config.h"
 #include "drivers/kuka/eki/eki_report.h"
 #include "drivers/kuka/moves/cause.h"
-#include "drivers/kuka/moves/move_queue.h"
-#include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/wire/eki_codec.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
 
-class EkiCore {
+class EkiCore : public Robot {
  public:
   /// Throws ConfigError. `guard` may be null: searches are then refused. It must outlive the core.
   EkiCore(EkiConfig config, ContactGuard* guard);
-  ~EkiCore();
-  EkiCore(const EkiCore&) = delete;
-  EkiCore& operator=(const EkiCore&) = delete;
+  ~EkiCore() override;
 
   /// Connection established. `session`: 1..2^31-1, unique per connection, hard to guess.
   void on_connected(std::uint32_t session, TimePoint now);
@@ -47,102 +43,63 @@ class EkiCore {
   /// The connection is unusable: it must be closed, followed by on_closed() and a later reconnect.
   bool wants_close() const;
 
-  /// As drivers::Robot. Take effect with the next tick.
-  void begin(const Move& move);
-  void stop();
-  void rereference();
-  /// Ends the session: rest, then a bye.
-  void end_session();
+  void open() override {}
+  RobotState state() const override;
+  // These take effect with the next tick.
+  void rereference() override;
+  void begin(const Move& move) override;
+  void stop() override;
+  std::optional<MoveResult> poll() override;
+  /// Rest, then a bye.
+  void close() override;
   bool ended() const;  ///< the bye was output, or there is no connection
 
+  /// Result without sentences, for the cycle's own thread.
   std::optional<CoreResult> next_result();
   const EkiCoreState& core_state() const;
-  std::optional<MoveResult> poll();
-  RobotState state() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-// Joint angles of a contact over EKI: from the controller's own latch, or interpolated in the
-// recorded path, and cross-checked.
-
-struct EkiLatchResult {
-  std::optional<Latch> latch;
-  Cause cause;  ///< reason if there are no angles
-};
-
-struct EkiTouch {
-  ContactEvent contact;                   ///< from the sensor
-  std::optional<AxisAngles> latched_rad;  ///< $AXIS_INT of this move
-  AxisAngles settled_rad;
-  TimePoint stopped_at{};  ///< arrival of the state that reported the stop
-};
-
-/// `now` is the time reference of errors. A latch must match the measured path at the sensor's time
-/// stamp; its delay is compensated with the speed before the contact.
-EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
-                        const PositionRecord& record, TimePoint now);
-
-// Telegrams in transit: numbered, within the window that the controller's buffers allow, and kept
-// until the socket has accepted them.
-
-class EkiOutbox {
- public:
-  /// New connection: telegrams count from 1 again.
-  void begin(std::uint32_t session);
-  /// Connection lost: discards unsent telegrams.
-  void drop() { size_ = 0; }
-
-  /// False: the window is full, or earlier bytes still wait for the socket. `urgent`: stops may
-  /// exceed the window by three.
-  bool send(EkiCommand command, std::size_t axes, int window, bool urgent);
-  /// Newest number received by the controller. False: not sent on this connection, or older than a
-  /// confirmed one.
-  bool confirm(std::uint32_t seq);
-  std::uint32_t unconfirmed() const { return seq_ - confirmed_; }
-
-  std::string_view output() const { return {bytes_.data(), size_}; }
-  void sent(std::size_t count);
-
- private:
-  std::array<char, 16 * kEkiTelegram> bytes_{};
-  std::size_t size_ = 0;
-  std::uint32_t session_ = 0, seq_ = 0, confirmed_ = 0;
-};
-
-// Scheduling of telegrams on one connection: a hello until it is obeyed, beats for the dead man,
-// telegrams within the window.
+// Telegrams on one connection: a hello until it is obeyed, beats for the dead man; numbered, within the window that
+// the controller's buffers allow, and kept until the socket has accepted them.
 
 class EkiSender {
  public:
   /// `config` must outlive this.
   explicit EkiSender(const EkiConfig& config) : config_(config) {}
 
-  /// New connection: clears unconfirmed telegrams, and sends the hello.
+  /// New connection: telegrams count from 1 again, unconfirmed ones are cleared, and the hello is sent.
   void begin(std::uint32_t session, TimePoint now);
-  void drop() { outbox_.drop(); }
+  /// Connection lost: discards unsent telegrams.
+  void drop() { size_ = 0; }
 
-  /// False: the window is full; retry later. `urgent`: a stop or a bye, which has a reserve of its
-  /// own.
-  bool send(const EkiCommand& command, TimePoint now, bool urgent = false);
+  /// False: the window is full, or earlier bytes still wait for the socket; retry later. `urgent`: a stop or a bye,
+  /// which may exceed the window by three.
+  bool send(EkiCommand command, TimePoint now, bool urgent = false);
   void repeat_hello(TimePoint now);
   /// Unless something was sent recently.
   void beat(const EkiCommand& command, TimePoint now);
 
-  /// The controller has read telegrams up to this one. False: impossible on this connection.
+  /// The controller has read telegrams up to this one. False: not sent on this connection, or older than a confirmed
+  /// one.
   bool confirm(std::uint32_t seq, TimePoint now);
   /// True if telegrams have been unconfirmed for so long that the controller apparently does not
   /// read them.
   bool unread(TimePoint now) const;
 
-  std::string_view output() const { return outbox_.output(); }
-  void sent(std::size_t count) { outbox_.sent(count); }
+  std::string_view output() const { return {bytes_.data(), size_}; }
+  void sent(std::size_t count);
 
  private:
+  std::uint32_t unconfirmed() const { return seq_ - confirmed_; }
+
   const EkiConfig& config_;
-  EkiOutbox outbox_;
+  std::array<char, 16 * kEkiTelegram> bytes_{};
+  std::size_t size_ = 0;
+  std::uint32_t session_ = 0, seq_ = 0, confirmed_ = 0;
   TimePoint last_sent_{}, last_hello_{}, last_progress_{};
 };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/kuka/eki/eki_core.h"
 #include "drivers/units.h"
 
 namespace cellcal::drivers {
@@ -30,6 +29,14 @@ constexpr std::chrono::milliseconds kInputGrace{40};
 // Covers a released start key, override 0, and drives switched off without a message.
 constexpr std::chrono::milliseconds kStallLimit{2000};
 constexpr double kStallRad = 0.002 * kRadPerDeg;
+
+// Plausibility window of a latch around the sensor's time stamp on the measured path: states are
+// interpolated over 20 ms of motion and of braking, and stamps are up to 12 ms old.
+constexpr double kLatchWindowS = 0.06;
+constexpr double kLatchSlackRad = 0.02 * kRadPerDeg;
+// Interval over which the search speed is taken from the record.
+constexpr double kSpeedSpanS = 0.1;
+constexpr double kSecondsPerMs = 1e-3;
 
 }  // namespace
 
@@ -337,7 +344,8 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
     fail(outcome_, cause::NotSettled{axes().name(moved.axis), axes().shown(moved.axis, moved.rad),
                                      seconds(now - settling_since_)});
   }
-  if (outcome_ == MoveOutcome::kContact) fill_latch(late, now);
+  if (outcome_ == MoveOutcome::kContact)
+    if (const auto why = fill_latch(late, now)) fail(MoveOutcome::kContactSilent, *why);
   const bool closed =
       ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact;
   if (closed && !open_due_) open_due_ = now;
@@ -349,12 +357,43 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
   return result(late);
 }
 
-void EkiMover::fill_latch(const AxisAngles& settled_rad, TimePoint now) {
+/// `now` is the time reference of errors. A latch must match the measured path at the sensor's time
+/// stamp; its delay is compensated with the speed before the contact.
+std::optional<Cause> EkiMover::fill_latch(const AxisAngles& settled_rad, TimePoint now) {
   if (agreeing_latches_ < kAgreeingLatches) latched_rad_.reset();
-  const EkiLatchResult made =
-      latch_of({*contact_, latched_rad_, settled_rad, done_at_}, config_, record_, now);
-  latch_ = made.latch;
-  if (!latch_) fail(MoveOutcome::kContactSilent, made.cause);
+  latch_.reset();
+  const TimePoint edge = contact_->first_edge;
+  const auto path = record_.actual_at(edge, kSecondsPerMs);
+  // A time stamp outside the record cannot belong to this contact.
+  if (!path) return cause::StampOutside{seconds(now - edge)};
+  Latch latch;
+  latch.contact_rad = *path;
+  latch.settled_rad = settled_rad;
+  latch.contact_time = edge;
+  latch.time_sigma_s = std::hypot(contact_->time_sigma_s, config_.flag_sigma_s);
+  latch.reaction_s = seconds(done_at_ - edge);
+  latch.bounces = contact_->bounces;
+  if (config_.stop == EkiStop::kFlag) {
+    latch_ = latch;
+    return std::nullopt;
+  }
+
+  if (!latched_rad_) return cause::LatchMissing{};
+  const auto before = record_.actual_at(edge - from_seconds(kSpeedSpanS), kSecondsPerMs);
+  for (std::size_t i = 0; i < path->size(); ++i) {
+    const double latched = (*latched_rad_)[i];
+    const double speed = before ? ((*path)[i] - (*before)[i]) / kSpeedSpanS : 0.0;
+    const double allowed =
+        kLatchSlackRad + std::abs(speed) * (kLatchWindowS + std::abs(config_.latch_delay_s));
+    if (std::abs(latched - (*path)[i]) > allowed) {
+      return cause::LatchOutOfRange{axes().name(i), axes().shown(i, latched),
+                                    axes().shown(i, (*path)[i])};
+    }
+    latch.contact_rad[i] = latched - speed * config_.latch_delay_s;
+  }
+  latch.time_sigma_s = config_.latch_jitter_s;
+  latch_ = latch;
+  return std::nullopt;
 }
 
 void EkiMover::watch_search(TimePoint now) {

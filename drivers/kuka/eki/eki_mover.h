@@ -95,7 +95,9 @@ class EkiMover {
   void await_verdict(TimePoint now);
   void begin_settling(TimePoint now);
   std::optional<CoreResult> settle(TimePoint now);
-  void fill_latch(const AxisAngles& settled_rad, TimePoint now);
+  /// Joint angles of the contact: from the controller's own latch, or interpolated in the recorded path, and
+  /// cross-checked. Returns the reason if there are none.
+  std::optional<Cause> fill_latch(const AxisAngles& settled_rad, TimePoint now);
   CoreResult result(const AxisAngles& at_rad);
 
   WireAxes axes() const { return WireAxes(config_.limits); }

@@ -154,7 +154,7 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
     if (ending || !shell.is_open()) return;
     ending = true;
     close_by = std::chrono::steady_clock::now() + kCloseLimit;
-    core->end_session();
+    core->close();
   }
 
   void shut() {

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "drivers/contact.h"
 #include "drivers/kuka/eki/eki_config.h"
@@ -52,33 +51,22 @@ class EkiRobot final : public Robot {
 };
 
 /// Single-threaded variant: the owner of the emulated controller passes connections and bytes.
-class EkiRobotInline final : public Robot {
+class EkiRobotInline final : public EkiCore {
  public:
-  EkiRobotInline(EkiConfig config, ContactGuard* guard) : core_(std::move(config), guard) {}
+  using EkiCore::EkiCore;
 
   /// Open but not connected: the caller has to connect and call on_connected().
-  bool wants_connection() const { return open_ && !core_.core_state().connected; }
-  bool wants_close() const { return core_.wants_close() || (!open_ && core_.ended()); }
-  void on_connected(TimePoint now) { core_.on_connected(++session_, now); }
-  void on_closed(TimePoint now) { core_.on_closed(now); }
-  void on_bytes(std::string_view bytes, TimePoint t_rx) { core_.on_bytes(bytes, t_rx); }
-  void on_tick(TimePoint now) { core_.on_tick(now); }
-  std::string_view output() const { return core_.output(); }
-  void sent(std::size_t count) { core_.sent(count); }
+  bool wants_connection() const { return open_ && !core_state().connected; }
+  bool wants_close() const { return EkiCore::wants_close() || (!open_ && ended()); }
+  void on_connected(TimePoint now) { EkiCore::on_connected(++session_, now); }
 
   void open() override { open_ = true; }
-  RobotState state() const override { return core_.state(); }
-  void rereference() override { core_.rereference(); }
-  void begin(const Move& move) override { core_.begin(move); }
-  void stop() override { core_.stop(); }
-  std::optional<MoveResult> poll() override { return core_.poll(); }
   void close() override {
     open_ = false;
-    core_.end_session();
+    EkiCore::close();
   }
 
  private:
-  EkiCore core_;
   bool open_ = false;
   std::uint32_t session_ = 1000;
 };

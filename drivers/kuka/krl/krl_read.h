@@ -60,6 +60,11 @@ struct RsiParameter {
   bool open = false;    ///< IsPublic: may be set by a program
 };
 
+/// Defaults of the objects for parameters absent from a context; limits in degrees or millimetres.
+inline constexpr double kRsiPrecision = 1, kRsiTimeout = 10, kRsiClamp = 5, kRsiMonitor = 6;
+/// Inputs of AXISCORREXT; RSI 3 numbers them after those of AXISCORR.
+inline constexpr int kMostExternal = 6, kRsi3ExternalInput = 7;
+
 struct RsiObject {
   std::string type, id;  ///< as written: "AXISCORR" in RSI 3, "AxisCorr" in RSI 4
   std::vector<RsiInput> inputs;

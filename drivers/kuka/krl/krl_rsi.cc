@@ -61,14 +61,14 @@ std::vector<krl::Places> monitor(const RsiFilesConfig& c) {
 
 /// RSI 3 numbers the inputs and limits of AXISCORREXT after those of AXISCORR, RSI 4 from 0.
 void add_travel(const RsiFilesConfig& c, krl::Lists& lists) {
-  constexpr int kFirst3 = 7, kUpper3 = 19, kUpper4 = 6;
+  constexpr int kUpper3 = 19, kUpper4 = 6;
   const int count = static_cast<int>(c.external.size());
   std::vector<krl::Places>&corrected = lists["TRAVEL"], &limits = lists["TRAVEL_LIMIT"];
   for (int i = 0; i < count; ++i)
     corrected.push_back({{"N", fmt::to_string(i + 1)},
                          {"INDEX", fmt::to_string(i)},
                          {"TAG", krl::travel_tag(c, static_cast<std::size_t>(i))},
-                         {"INPUT", fmt::to_string(kFirst3 + i)},
+                         {"INPUT", fmt::to_string(kRsi3ExternalInput + i)},
                          {"CHANNEL", fmt::to_string(krl::kTravelChannel + i)},
                          {"OUTPUT", fmt::to_string(krl::kTravelChannel - 1 + i)},
                          {"SIGNAL", krl::signal_of(c, krl::kTravelChannel + i)}});
@@ -76,8 +76,8 @@ void add_travel(const RsiFilesConfig& c, krl::Lists& lists) {
     for (int i = 0; i < count; ++i) {
       const double limit = travel_limit(c.external[static_cast<std::size_t>(i)]);
       limits.push_back(parameter(fmt::format("{}LimE{}", upper ? "Upper" : "Lower", i + 1),
-                                 (upper ? kUpper3 : kFirst3) + i, (upper ? kUpper4 : 0) + i,
-                                 decimal(upper ? limit : -limit)));
+                                 (upper ? kUpper3 : kRsi3ExternalInput) + i,
+                                 (upper ? kUpper4 : 0) + i, decimal(upper ? limit : -limit)));
     }
   lists["ANY_TRAVEL"] = krl::once_if(count > 0);
 }

@@ -8,12 +8,7 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-// RSI 3 numbers the inputs of AXISCORREXT after those of AXISCORR.
-constexpr int kRsi3Input = 7;
-// Defaults of the objects for parameters absent from the context.
-constexpr double kUsualClamp = 5, kUsualMonitor = 6;
 constexpr double kTravelRounding = 1e-9;
-constexpr int kMostExternal = 6;
 
 /// Name of a corrected axis in messages.
 std::string driven(const AxisRange& range, std::size_t axis) {
@@ -57,10 +52,10 @@ void check_reach(const RsiSet& set, const RsiContextFile& file, const RsiObject&
   const std::string lower = fmt::format("LowerLimE{}", axis + 1),
                     upper = fmt::format("UpperLimE{}", axis + 1),
                     total = fmt::format("MaxE{}", axis + 1);
-  const ParameterValue low = value_of(set, file, corrector, lower, -kUsualClamp);
-  const ParameterValue high = value_of(set, file, corrector, upper, kUsualClamp);
-  ParameterValue most{kUsualMonitor, 0};
-  if (monitor != nullptr) most = value_of(set, file, *monitor, total, kUsualMonitor);
+  const ParameterValue low = value_of(set, file, corrector, lower, -kRsiClamp);
+  const ParameterValue high = value_of(set, file, corrector, upper, kRsiClamp);
+  ParameterValue most{kRsiMonitor, 0};
+  if (monitor != nullptr) most = value_of(set, file, *monitor, total, kRsiMonitor);
   struct Limit {
     const std::string& name;
     double reach;
@@ -95,7 +90,7 @@ void check_object(const RsiSet& set, const RsiContextFile& file) {
                                "{} corrects external axes, and neither a linear unit nor a "
                                "positioner is known. Give the cell file (--cell), or remove it",
                                corrector->id);
-  const int first = file.rsi_version == 3 ? kRsi3Input : 1;
+  const int first = file.rsi_version == 3 ? kRsi3ExternalInput : 1;
   for (int input = first + static_cast<int>(external.size()); input < first + kMostExternal;
        ++input)
     if (corrector->input(input) != nullptr)

@@ -11,22 +11,19 @@ namespace {
 
 constexpr int kContextAxes = 6;
 constexpr int kFewestDecimals = 4;  // 1e-4 deg: 2.5 um at 1.4 m
-// Defaults of the objects for parameters absent from the context.
-constexpr double kDefaultPrecision = 1, kDefaultTimeout = 10, kDefaultClampDeg = 5,
-                 kDefaultMonitorDeg = 6;
 constexpr int kExitMoveCorr = 4;
 constexpr double kRounding = 1e-9;
 constexpr const char* kLimitKey = "correction_limit_deg";
 
 void check_ethernet(const RsiSet& set, const RsiContextFile& file, const RsiObject& ethernet) {
-  const ParameterValue precision = value_of(set, file, ethernet, "Precision", kDefaultPrecision);
+  const ParameterValue precision = value_of(set, file, ethernet, "Precision", kRsiPrecision);
   if (precision.value < kFewestDecimals) {
     set.findings.refuse(file.name, precision.line,
                         "Precision is {}: AIPos with {} decimals is too coarse to calibrate. "
                         "Set 4 or more",
                         precision.value, precision.value);
   }
-  const ParameterValue timeout = value_of(set, file, ethernet, "Timeout", kDefaultTimeout);
+  const ParameterValue timeout = value_of(set, file, ethernet, "Timeout", kRsiTimeout);
   if (timeout.value != set.config.timeout_cycles) {
     set.findings.warn(file.name, timeout.line, "Timeout is {}, [controller] timeout_cycles is {}",
                       timeout.value, set.config.timeout_cycles);
@@ -39,7 +36,7 @@ void check_limits(const RsiSet& set, const RsiContextFile& file, const RsiObject
     for (const double sign : {-1.0, 1.0})
       check_bound(set, file, corrector,
                   {fmt::format("{}LimA{}", sign < 0.0 ? "Lower" : "Upper", i), kLimitKey, "deg",
-                   limit, kDefaultClampDeg, sign, kClamped});
+                   limit, kRsiClamp, sign, kClamped});
 }
 
 void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObject* monitor) {
@@ -49,19 +46,18 @@ void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObjec
       set.findings.warn(file.name, 0,
                         "AXISCORRMON is missing: if it also counts corrections in space, it "
                         "stops at {} deg",
-                        kDefaultMonitorDeg);
-    } else if (limit > kDefaultMonitorDeg) {
+                        kRsiMonitor);
+    } else if (limit > kRsiMonitor) {
       set.findings.refuse(file.name, 0,
                           "AXISCORRMON is missing: it then stops at {} deg, [rsi] "
                           "correction_limit_deg is {}",
-                          kDefaultMonitorDeg, limit);
+                          kRsiMonitor, limit);
     }
     return;
   }
   for (int i = 1; i <= kContextAxes; ++i)
-    check_bound(
-        set, file, *monitor,
-        {fmt::format("MaxA{}", i), kLimitKey, "deg", limit, kDefaultMonitorDeg, 1.0, kStopped});
+    check_bound(set, file, *monitor,
+                {fmt::format("MaxA{}", i), kLimitKey, "deg", limit, kRsiMonitor, 1.0, kStopped});
 }
 
 void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* stop,

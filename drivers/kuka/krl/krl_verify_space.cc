@@ -8,8 +8,6 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-// Defaults of the objects for parameters absent from the context.
-constexpr double kDefaultLimitMm = 5, kDefaultTurnDeg = 5, kDefaultMonitor = 6;
 // TrafoCosysType of RSI: as a number, or by name in RSI-Visual's model.
 constexpr std::string_view kFrames[] = {"World", "Base", "RobRoot", "Tool", "TTS"};
 
@@ -69,24 +67,24 @@ void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject&
     for (const char axis : {'X', 'Y', 'Z'})
       check_bound(set, file, corrector,
                   {fmt::format("{}Lim{}", sign < 0.0 ? "Lower" : "Upper", axis), kShiftKey, "mm",
-                   space.limit_mm, kDefaultLimitMm, sign, kClamped});
+                   space.limit_mm, kRsiClamp, sign, kClamped});
   check_bound(set, file, corrector,
-              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kDefaultTurnDeg, 1, kClamped});
+              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kRsiClamp, 1, kClamped});
   check_frame(set, file, corrector);
   const RsiObject* monitor = file.only("POSCORRMON");
   if (monitor == nullptr) {
-    if (space.limit_mm > kDefaultMonitor || space.turn_limit_deg > kDefaultMonitor) {
+    if (space.limit_mm > kRsiMonitor || space.turn_limit_deg > kRsiMonitor) {
       set.findings.refuse(file.name, 0,
                           "POSCORRMON is missing: it then stops at {0} mm or {0} deg, [rsi] "
                           "correction_limit_mm is {1}, correction_turn_limit_deg {2}",
-                          kDefaultMonitor, space.limit_mm, space.turn_limit_deg);
+                          kRsiMonitor, space.limit_mm, space.turn_limit_deg);
     }
     return;
   }
   check_bound(set, file, *monitor,
-              {"MaxTrans", kShiftKey, "mm", space.limit_mm, kDefaultMonitor, 1, kStopped});
+              {"MaxTrans", kShiftKey, "mm", space.limit_mm, kRsiMonitor, 1, kStopped});
   check_bound(set, file, *monitor,
-              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kDefaultMonitor, 1, kStopped});
+              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kRsiMonitor, 1, kStopped});
 }
 
 void check_frames(const std::string& name, const std::string& text, const RsiFilesConfig& config,

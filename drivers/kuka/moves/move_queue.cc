@@ -17,24 +17,6 @@ CoreResult refusal_of(const Move& move, const Cause& why, const AxisAngles& at_r
   return refusal;
 }
 
-std::optional<Move> MoveQueue::next_waiting_move() {
-  std::optional<Move> move = pending_;
-  pending_.reset();
-  return move;
-}
-
-void MoveQueue::add(const CoreResult& result) {
-  if (results_.size() == results_.capacity()) results_.erase(results_.begin());
-  results_.push_back(result);
-}
-
-std::optional<CoreResult> MoveQueue::next_result() {
-  if (results_.empty()) return std::nullopt;
-  const CoreResult oldest = results_.front();
-  results_.erase(results_.begin());
-  return oldest;
-}
-
 namespace {
 
 constexpr double kMostShare = 0.5;

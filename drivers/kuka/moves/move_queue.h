@@ -3,14 +3,15 @@
 // or throws.
 
 #include <algorithm>
-#include <boost/container/static_vector.hpp>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "drivers/kuka/moves/cause.h"
+#include "drivers/latest_value.h"
 #include "drivers/robot.h"
 #include "drivers/time.h"
 
@@ -21,17 +22,16 @@ class MoveQueue {
   bool waiting() const { return pending_.has_value(); }
   void wait(const Move& move) { pending_ = move; }
   /// Removes and returns the pending move.
-  std::optional<Move> next_waiting_move();
+  std::optional<Move> next_waiting_move() { return std::exchange(pending_, std::nullopt); }
 
-  /// If results are not read, the oldest are overwritten.
-  void add(const CoreResult& result);
-  std::optional<CoreResult> next_result();
+  void add(const CoreResult& result) { results_.push(result); }
+  std::optional<CoreResult> next_result() { return results_.pop(); }
 
  private:
   static constexpr std::size_t kDepth = 16;
 
   std::optional<Move> pending_;
-  boost::container::static_vector<CoreResult, kDepth> results_;
+  FixedRing<CoreResult, kDepth> results_;
 };
 
 // Jitter of message arrivals: standard deviation and maximum of the intervals, over one session of

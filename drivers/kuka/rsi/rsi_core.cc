@@ -618,7 +618,7 @@ void RsiCore::rereference() {
   impl_->state.link = RobotLink::kNotReferenced;
 }
 
-void RsiCore::end_session() {
+void RsiCore::close() {
   impl_->stop();
   impl_->ending = true;
 }

@@ -21,13 +21,12 @@
 
 namespace cellcal::drivers {
 
-class RsiCore {
+/// As a drivers::Robot in the caller's thread, whose owner passes the datagrams of the controller: for virtual time.
+class RsiCore final : public Robot {
  public:
   /// Throws ConfigError. `guard` may be null: searches are then refused. It must outlive the core.
   RsiCore(RsiConfig config, ContactGuard* guard);
-  ~RsiCore();
-  RsiCore(const RsiCore&) = delete;
-  RsiCore& operator=(const RsiCore&) = delete;
+  ~RsiCore() override;
 
   /// One packet of the controller, arrived at t_rx. Returns the reply to be sent immediately, valid
   /// until the next call; empty: no reply must be sent.
@@ -35,16 +34,16 @@ class RsiCore {
   /// Detects silence. To be called at least once per cycle, with or without packets.
   void on_tick(TimePoint now);
 
-  /// As drivers::Robot. Take effect with the next datagram or tick.
-  void begin(const Move& move);
-  void stop();
-  void rereference();
-  /// Ends the controller's session: rest, then 'Stop' in every reply until it is silent.
-  void end_session();
+  void open() override {}
+  RobotState state() const override;
+  // These take effect with the next datagram or tick.
+  void rereference() override;
+  void begin(const Move& move) override;
+  void stop() override;
+  std::optional<MoveResult> poll() override;
+  /// Rest, then 'Stop' in every reply until the controller is silent.
+  void close() override;
   bool end_sent() const;  ///< at least one reply with 'Stop' was output
-
-  std::optional<MoveResult> poll();
-  RobotState state() const;
 
   /// Result without sentences, for the cycle's own thread.
   std::optional<CoreResult> next_result();

@@ -173,7 +173,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
     if (ending || !socket.is_open()) return;
     ending = true;
     close_by = std::chrono::steady_clock::now() + kCloseLimit;
-    core->end_session();
+    core->close();
   }
 
   void shut() {

@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "drivers/contact.h"
 #include "drivers/kuka/rsi/rsi_config.h"
@@ -56,26 +55,7 @@ class RsiRobot final : public Robot {
   std::shared_ptr<Impl> impl_;
 };
 
-/// Single-threaded variant: the owner of the emulated controller passes its datagrams.
-class RsiRobotInline final : public Robot {
- public:
-  RsiRobotInline(RsiConfig config, ContactGuard* guard) : core_(std::move(config), guard) {}
-
-  std::string_view on_datagram(std::string_view bytes, TimePoint t_rx) {
-    return core_.on_datagram(bytes, t_rx);
-  }
-  void on_tick(TimePoint now) { core_.on_tick(now); }
-
-  void open() override {}
-  RobotState state() const override { return core_.state(); }
-  void rereference() override { core_.rereference(); }
-  void begin(const Move& move) override { core_.begin(move); }
-  void stop() override { core_.stop(); }
-  std::optional<MoveResult> poll() override { return core_.poll(); }
-  void close() override { core_.end_session(); }
-
- private:
-  RsiCore core_;
-};
+/// Single-threaded variant.
+using RsiRobotInline = RsiCore;
 
 }  // namespace cellcal::drivers

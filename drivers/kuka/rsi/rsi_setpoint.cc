@@ -11,19 +11,11 @@ namespace {
 
 // ASPos repeats exactly; allows for one decimal less than is accepted.
 constexpr double kSamePoseRad = 0.01 * kRadPerDeg;
-// A smaller correction is zero, as in rsi_offset.
-constexpr double kNoCorrectionRad = 0.02 * kRadPerDeg;
 // If the arm is this close to the last correction sent, the controller holds it; the difference is
 // due to servos or an inexact correction.
 constexpr double kSameFrameRad = 0.05 * kRadPerDeg;
 // Minimum time before a program that ended is started again.
 constexpr double kRestartTakesS = 0.5;
-
-double most_difference(const AxisAngles& a, const AxisAngles& b) {
-  double most = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(a[i] - b[i]));
-  return most;
-}
 
 // Tolerance for rounding of sums and the choice of corners on a path within its limits.
 constexpr double kMargin = 1.01;
@@ -31,7 +23,7 @@ constexpr double kRoundingRad = 1e-9;
 
 double of(const AxisAngles& values, std::size_t i) { return i < values.size() ? values[i] : 0.0; }
 
-// Tolerance for equal corrections: above servo error and AIPos noise at rest; a jump of this size
+// Tolerance for equal corrections, and for none: above servo error and AIPos noise at rest; a jump of this size
 // (0.5 mm at 1.4 m) is within vibration.
 constexpr double kSameRad = 0.02 * kRadPerDeg;
 // Largest difference at rest, from servos or a controller that applies the correction inexactly.
@@ -93,7 +85,7 @@ void RsiSetpoint::begin_session(double silence_before_s) {
 
 bool RsiSetpoint::session_starts(double silence_before_s) {
   const AxisAngles zero(axes(), 0.0);
-  const bool holds = memory_.known && most_difference(memory_.sent_rad, zero) > kNoCorrectionRad;
+  const bool holds = memory_.known && distance(memory_.sent_rad, zero) > kSameRad;
   session_start_ = !holds || silence_before_s >= kRestartTakesS;
   return session_start_;
 }
@@ -116,16 +108,16 @@ std::optional<cause::SessionRestarted> RsiSetpoint::start_pose_moved(const RobFr
   if (setpoint.size() != axes()) return std::nullopt;
   if (start_pose_.empty()) start_pose_ = setpoint;
   if (setpoint_follows_) return std::nullopt;
-  if (most_difference(setpoint, start_pose_) <= kSamePoseRad) {
+  if (distance(setpoint, start_pose_) <= kSamePoseRad) {
     // The arm has left ASPos while that stayed: it does not include the correction, and if it jumps
     // to the arm's position a new session began there.
-    const double apart = most_difference(setpoint, actual_rad);
-    setpoint_apart_ = setpoint_apart_ || apart > kNoCorrectionRad;
+    const double apart = distance(setpoint, actual_rad);
+    setpoint_apart_ = setpoint_apart_ || apart > kSameRad;
     return std::nullopt;
   }
   setpoint_follows_ = known_ && moving && !setpoint_apart_ &&
-                      most_difference(setpoint, commanded_) <= kSamePoseRad &&
-                      most_difference(setpoint, actual_rad) <= kSamePoseRad;
+                      distance(setpoint, commanded_) <= kSamePoseRad &&
+                      distance(setpoint, actual_rad) <= kSamePoseRad;
   if (setpoint_follows_) return std::nullopt;
   const std::uint8_t axis = farthest_axis(setpoint, start_pose_).axis;
   return cause::SessionRestarted{cause::SessionRestarted::Sign::kSetpoint,
@@ -134,8 +126,7 @@ std::optional<cause::SessionRestarted> RsiSetpoint::start_pose_moved(const RobFr
 }
 
 double RsiSetpoint::start_distance_rad(const RobFrame& frame, const AxisAngles& actual_rad) const {
-  return most_difference(actual_rad,
-                         axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, wire_));
+  return distance(actual_rad, axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, wire_));
 }
 
 bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, TimePoint t_rx,
@@ -160,7 +151,7 @@ bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, Time
     // A running session holds the sum of the accepted increments, some of which may have been lost:
     // only ASPos reveals it. A new session holds nothing.
     for (const double offset : finder_.offset_rad()) {
-      if (std::abs(offset) > kNoCorrectionRad) verdict_ = OffsetVerdict::kUnknown;
+      if (std::abs(offset) > kSameRad) verdict_ = OffsetVerdict::kUnknown;
     }
     if (verdict_ != OffsetVerdict::kKnown) return false;
   }
@@ -184,11 +175,11 @@ bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, Time
 
 bool RsiSetpoint::hold_in_space(AxisAngles& held_rad) const {
   const AxisAngles zero(axes(), 0.0);
-  if (most_difference(held_rad, zero) <= kNoCorrectionRad) return true;
+  if (distance(held_rad, zero) <= kSameRad) return true;
   const bool same_session = memory_.known && !start_.empty() &&
                             (start_pose_.empty() || memory_.setpoint_follows ||
-                             most_difference(start_pose_, start_) <= kSamePoseRad);
-  if (!same_session || most_difference(held_rad, memory_.sent_rad) > kSameFrameRad) return false;
+                             distance(start_pose_, start_) <= kSamePoseRad);
+  if (!same_session || distance(held_rad, memory_.sent_rad) > kSameFrameRad) return false;
   held_rad = memory_.sent_rad;
   return true;
 }
@@ -196,7 +187,7 @@ bool RsiSetpoint::hold_in_space(AxisAngles& held_rad) const {
 void RsiSetpoint::find_start(const AxisAngles& actual_rad) {
   if (!start_pose_.empty() && !memory_.setpoint_follows) {
     start_ = start_pose_;
-  } else if (start_.empty() || most_difference(base_, actual_rad) <= kNoCorrectionRad) {
+  } else if (start_.empty() || distance(base_, actual_rad) <= kSameRad) {
     start_ = base_;
   }  // otherwise a continuing session without information from ASPos: the start is unchanged
   space_.begin(start_);

@@ -144,7 +144,8 @@ TEST(ContactBaud, BytesWithoutAFrameAreAnotherBaudRateAndNotASilentSensor) {
   EXPECT_EQ(status.fault, ContactFault::kBaud);
   EXPECT_EQ(status.link, ContactLink::kFault);
   EXPECT_TRUE(contains(said(status.words), "no valid frame at 250000 baud")) << status.words;
-  EXPECT_TRUE(contains(said(status.words), "Set [contact] baud to the sensor's")) << status.words;
+  EXPECT_TRUE(contains(said(status.words), "Check [contact] device, set baud to the sensor's"))
+      << status.words;
 }
 
 TEST(ContactBaud, NothingHeardIsNoBaudRate) {

@@ -23,7 +23,7 @@
 #include "drivers/contact/serial_contact.h"
 #include "drivers/contact/wire/ctp_codec.h"
 #include "pty_shim.h"
-#include "robot_side.h"
+#include "robot_thread.h"
 #include "sim/mcu/mcu_thread.h"
 
 namespace cellcal::drivers {
@@ -149,7 +149,7 @@ TEST_F(RealPort, AnErrorOfTheDeviceIsALostPortThatIsOpenedAgainAndProvedAfresh) 
   RobotSide robot({.device = pty_.path(), .always_libserialport = true});
   ASSERT_TRUE(robot.ready());
   shim<void (*)(int, int)>("pty_shim_fail_reads")(1, EIO);
-  ASSERT_TRUE(robot.wait_for([&] { return !robot.status().self_test_ok; })) << "nothing is trusted";
+  ASSERT_TRUE(wait_for([&] { return !robot.status().self_test_ok; })) << "nothing is trusted";
   EXPECT_TRUE(robot.ready());
   EXPECT_TRUE(robot.status().self_test_ok);
   EXPECT_TRUE(robot.arms());

@@ -115,15 +115,68 @@ class RobotThread {
   std::thread thread_;
 };
 
-inline SerialContactOptions options_for(const std::string& device) {
+inline SerialContactOptions options_for(const PortOptions& port) {
   SerialContactOptions options;
-  options.port.device = device;
-  // ctest runs all tests a second time on the code path of real devices, with pty_shim preloaded.
-  options.port.always_libserialport = std::getenv("CELLCAL_TEST_LIBSERIALPORT") != nullptr;
+  options.port = port;
   options.contact.max_clock_sigma_s = 0.02;  // tolerates a loaded test machine
   options.reopen_first = milliseconds{20};
   options.reopen_longest = milliseconds{100};
   return options;
+}
+
+inline SerialContactOptions options_for(const std::string& device) {
+  // ctest runs all tests a second time on the code path of real devices, with pty_shim preloaded.
+  return options_for(
+      PortOptions{.device = device,
+                  .always_libserialport = std::getenv("CELLCAL_TEST_LIBSERIALPORT") != nullptr});
+}
+
+/// With the port open, for tests of its backends.
+struct RobotSide : RobotThread {
+  explicit RobotSide(const PortOptions& port) : RobotThread(options_for(port)) { contact.open(); }
+  ContactStatus status() const { return contact.status(); }
+  /// For some heartbeats; a failed read would be repeated immediately.
+  bool stays_ready() {
+    for (int i = 0; i < 100; ++i) {
+      if (status().link != ContactLink::kReady) return false;
+      std::this_thread::sleep_for(milliseconds{5});
+    }
+    return true;
+  }
+  bool arms() {
+    std::uint16_t id = 0;
+    return wait_for([&] { return arm(++id).armed; });
+  }
+};
+
+/// A touch of the emulated sensor `board`, which the robot's contact is open to. A busy machine may delay the
+/// heartbeat, which correctly ends the arming: retried.
+template <class Board>
+void expect_touch_with_its_time(RobotThread& robot, Board& board) {
+  std::optional<ContactEvent> contact;
+  TimePoint touch;
+  std::uint16_t id = 0;
+  for (int attempt = 0; attempt < 10 && !contact; ++attempt) {
+    ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
+    if (!robot.arm(++id).armed) continue;
+    touch = Steady::now() + milliseconds{8};
+    board.edge(touch, true);
+    ASSERT_TRUE(wait_for([&] {
+      return robot.find(ContactEventKind::kContact, id) ||
+             robot.find(ContactEventKind::kContact, 0);
+    }));
+    contact = robot.find(ContactEventKind::kContact, id);
+    if (contact) break;
+    robot.forget_events();
+    board.edge(Steady::now(), false);
+    ASSERT_TRUE(wait_for([&] { return !robot.snapshot().in_contact; }));
+  }
+  ASSERT_TRUE(contact) << robot.contact.status().words;
+  EXPECT_TRUE(robot.find(ContactEventKind::kTrip, id));
+  const double off_s = std::chrono::duration<double>(contact->first_edge - touch).count();
+  EXPECT_LT(std::abs(off_s), 6.0 * contact->time_sigma_s) << "sigma " << contact->time_sigma_s;
+  EXPECT_TRUE(robot.snapshot().in_contact);
+  EXPECT_FALSE(robot.snapshot().armed);
 }
 
 }  // namespace cellcal::drivers

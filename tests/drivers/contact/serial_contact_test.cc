@@ -99,31 +99,7 @@ TEST(SerialContact, IdentifiesArmsAndReportsATouchWithItsTime) {
   sim::McuPty pty({});
   RobotThread robot(options_for(pty.path()));
   robot.contact.open();
-  std::optional<ContactEvent> contact;
-  TimePoint touch;
-  std::uint16_t id = 0;
-  // A busy machine may delay the heartbeat, which correctly ends the arming: retried.
-  for (int attempt = 0; attempt < 10 && !contact; ++attempt) {
-    ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
-    if (!robot.arm(++id).armed) continue;
-    touch = Steady::now() + milliseconds{8};
-    pty.edge(touch, true);
-    ASSERT_TRUE(wait_for([&] {
-      return robot.find(ContactEventKind::kContact, id) ||
-             robot.find(ContactEventKind::kContact, 0);
-    }));
-    contact = robot.find(ContactEventKind::kContact, id);
-    if (contact) break;
-    robot.forget_events();
-    pty.edge(Steady::now(), false);
-    ASSERT_TRUE(wait_for([&] { return !robot.snapshot().in_contact; }));
-  }
-  ASSERT_TRUE(contact) << robot.contact.status().words;
-  EXPECT_TRUE(robot.find(ContactEventKind::kTrip, id));
-  const double off_s = std::chrono::duration<double>(contact->first_edge - touch).count();
-  EXPECT_LT(std::abs(off_s), 6.0 * contact->time_sigma_s) << "sigma " << contact->time_sigma_s;
-  EXPECT_TRUE(robot.snapshot().in_contact);
-  EXPECT_FALSE(robot.snapshot().armed);
+  expect_touch_with_its_time(robot, pty);
 }
 
 TEST(SerialContact, APassFromBeforeIsNoAnswerToASelfTest) {

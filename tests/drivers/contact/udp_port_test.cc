@@ -135,27 +135,7 @@ TEST(ContactOverUdp, IdentifiesArmsAndReportsATouchWithItsTime) {
   sim::McuUdp board({});
   RobotThread robot(options_for(board.path()));
   robot.contact.open();
-  std::optional<ContactEvent> contact;
-  TimePoint touch;
-  std::uint16_t id = 0;
-  for (int attempt = 0; attempt < 10 && !contact; ++attempt) {
-    ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
-    if (!robot.arm(++id).armed) continue;
-    touch = Steady::now() + milliseconds{8};
-    board.edge(touch, true);
-    ASSERT_TRUE(wait_for([&] {
-      return robot.find(ContactEventKind::kContact, id) ||
-             robot.find(ContactEventKind::kContact, 0);
-    }));
-    contact = robot.find(ContactEventKind::kContact, id);
-    if (contact) break;
-    robot.forget_events();
-    board.edge(Steady::now(), false);
-    ASSERT_TRUE(wait_for([&] { return !robot.snapshot().in_contact; }));
-  }
-  ASSERT_TRUE(contact) << robot.contact.status().words;
-  const double off_s = std::chrono::duration<double>(contact->first_edge - touch).count();
-  EXPECT_LT(std::abs(off_s), 6.0 * contact->time_sigma_s) << "sigma " << contact->time_sigma_s;
+  expect_touch_with_its_time(robot, board);
 }
 
 TEST(ContactOverUdp, ABoardThatWasOffIsIdentifiedAfreshAndSaysWhatToCheck) {

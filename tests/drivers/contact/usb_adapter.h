@@ -26,8 +26,6 @@ class UsbAdapter {
   /// `line`: the terminal at the adapter's serial side.
   UsbAdapter(UsbAdapterKind kind, const std::string& line);
   ~UsbAdapter();
-  UsbAdapter(const UsbAdapter&) = delete;
-  UsbAdapter& operator=(const UsbAdapter&) = delete;
 
   /// /dev/bus/usb/001/002
   std::string path() const;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "drivers/contact/port/port.h"
-#include "robot_side.h"
+#include "robot_thread.h"
 #include "sim/mcu/mcu_thread.h"
 #include "usb_adapter.h"
 
@@ -67,7 +67,7 @@ TEST_P(UsbPort, ALostDeviceEndsTheLinkAndIsOpenedAgain) {
   RobotSide robot({adapter_->path()});
   ASSERT_TRUE(robot.ready());
   adapter_->plug(false);
-  ASSERT_TRUE(RobotSide::wait_for([&] { return robot.status().link != ContactLink::kReady; }));
+  ASSERT_TRUE(wait_for([&] { return robot.status().link != ContactLink::kReady; }));
   adapter_->plug(true);
   EXPECT_TRUE(robot.ready());
 }

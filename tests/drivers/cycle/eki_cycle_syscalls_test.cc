@@ -26,20 +26,9 @@ constexpr int kEkiSearches = 3;
 /// A loaded machine may fail some of them: late heartbeats.
 constexpr std::uint16_t kEkiTries = 30;
 
-EkiConfig loopback(std::uint16_t port) {
-  EkiConfig config = eki_config();
-  config.address = "127.0.0.1";
-  config.port = port;
+EkiConfig flagged(std::uint16_t port) {
+  EkiConfig config = eki_loopback(port);
   config.stop = EkiStop::kFlag;  // a contact is a telegram as well
-  config.silence_s = 2.0;        // tolerates a loaded machine
-  return config;
-}
-
-sim::EkiControllerConfig patient() {
-  sim::EkiControllerConfig config = eki_controller();
-  EkiFilesConfig files;
-  files.dead_man_ms = 1000;
-  config.files = eki_files(files);
   return config;
 }
 
@@ -53,7 +42,9 @@ SerialContactOptions contact_at(const std::string& device) {
 
 /// Its port is known once it listens.
 struct Controller : sim::EkiServer {
-  Controller() : EkiServer(patient(), {.address = "127.0.0.1", .port = 0, .realtime = false}) {
+  Controller()
+      : EkiServer(patient_eki_controller(),
+                  {.address = "127.0.0.1", .port = 0, .realtime = false}) {
     start();
   }
 };
@@ -128,7 +119,7 @@ struct EkiCell {
   sim::McuPty sensor{{}};
   IoThread io{IoThreadOptions{.realtime = false}};
   SerialContact contact{io.context(), contact_at(sensor.path())};
-  EkiRobot robot{io.context(), loopback(krc.port()), &contact.guard()};
+  EkiRobot robot{io.context(), flagged(krc.port()), &contact.guard()};
 };
 
 TEST(EkiThreadSyscalls, SleepsInNoSystemCallButItsOwnWaitWhileItMovesTouchesAndStops) {

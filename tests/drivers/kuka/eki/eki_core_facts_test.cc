@@ -81,7 +81,7 @@ TEST_F(EkiFacts, OneAtATimeStoppedOrClosing) {
   EXPECT_TRUE(facts().moving);
   rig.core.stop();
   expect(result(), MoveOutcome::kStopped, cause::StopAsked{});
-  rig.core.end_session();
+  rig.core.close();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 1));
   expect(result(), MoveOutcome::kRefused, cause::Closing{});
 }

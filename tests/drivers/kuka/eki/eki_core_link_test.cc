@@ -264,7 +264,7 @@ TEST(EkiLink, SaysGoodbyeAtRest) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 90));
   rig.run(400ms);
-  rig.core.end_session();
+  rig.core.close();
   EXPECT_TRUE(rig.run_until([&] { return rig.core.ended(); }, 3s));
   rig.run(100ms);
   EXPECT_TRUE(rig.krc.at_rest());

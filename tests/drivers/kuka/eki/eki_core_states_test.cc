@@ -515,7 +515,7 @@ TEST_F(EkiStates, TheSessionEndsWithAByeOfItsNewestMoveThatWasHandedOut) {
   get_ready();
   begin_and_take(5.0);
   EXPECT_FALSE(core.ended());
-  core.end_session();
+  core.close();
   say();
   EXPECT_FALSE(core.ended()) << "it moves";
   EXPECT_TRUE(of(EkiType::kBye).empty());
@@ -539,7 +539,7 @@ TEST_F(EkiStates, AByeGoesOutAlsoWhereTheWindowIsFullAndOnEachConnection) {
   get_ready();
   reads = false;
   say_times(12);
-  core.end_session();
+  core.close();
   say();
   EXPECT_EQ(of(EkiType::kBye).size(), 1u);
   EXPECT_TRUE(core.ended());
@@ -553,7 +553,7 @@ TEST_F(EkiStates, AByeGoesOutAlsoWhereTheWindowIsFullAndOnEachConnection) {
 }
 
 TEST_F(EkiStates, WithoutAConnectionThereIsNobodyToSayGoodbyeTo) {
-  core.end_session();
+  core.close();
   EXPECT_TRUE(core.ended());
   connect();
   EXPECT_TRUE(core.ended()) << "nor before it obeys us";

@@ -216,16 +216,25 @@ TEST(EkiExternalAxis, MissingInTheStatesIsNoReference) {
   EXPECT_NE(rig.words().find("fewer than 8 axes"), std::string::npos) << rig.words();
 }
 
-TEST(EkiExternalAxis, OfAnArmOfSixAxesIsHeldAndWatchedToo) {
-  sim::EkiControllerConfig controller = eki_controller();
+/// Six axes, and external ones at these positions, of which the files count some.
+sim::EkiControllerConfig with_external(int counted, const std::vector<double>& start_rad) {
+  sim::EkiControllerConfig config = eki_controller();
   EkiFilesConfig files;
-  files.external_axes = 1;
-  controller.files = eki_files(files);
-  controller.start_rad.push_back(0.7);
-  controller.max_speed_rad_s.push_back(1.0);
+  files.external_axes = counted;
+  config.files = eki_files(files);
+  config.start_rad.insert(config.start_rad.end(), start_rad.begin(), start_rad.end());
+  config.max_speed_rad_s.resize(config.start_rad.size(), 200 * kEkiDeg);
+  return config;
+}
+
+EkiConfig counting(int external_axes) {
   EkiConfig config = eki_config();
-  config.external_axes = 1;
-  EkiRig rig(controller, config);
+  config.external_axes = external_axes;
+  return config;
+}
+
+TEST(EkiExternalAxis, OfAnArmOfSixAxesIsHeldAndWatchedToo) {
+  EkiRig rig(with_external(1, {0.7}), counting(1));
   rig.make_ready();
   EXPECT_EQ(rig.actual().size(), 6u);
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 5)).outcome, MoveOutcome::kArrived);
@@ -238,15 +247,7 @@ TEST(EkiExternalAxis, OfAnArmOfSixAxesIsHeldAndWatchedToo) {
 
 TEST(EkiExternalAxis, ThatIsNotCountedStaysWhereItIs) {
   for (const int counted : {0, 1}) {
-    sim::EkiControllerConfig controller = eki_controller();
-    EkiFilesConfig files;
-    files.external_axes = counted;
-    controller.files = eki_files(files);
-    controller.start_rad.insert(controller.start_rad.end(), {0.7, -0.4});
-    controller.max_speed_rad_s.assign(8, 200 * kEkiDeg);
-    EkiConfig config = eki_config();
-    config.external_axes = counted;
-    EkiRig rig(controller, config);
+    EkiRig rig(with_external(counted, {0.7, -0.4}), counting(counted));
     rig.make_ready();
     EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 5)).outcome, MoveOutcome::kArrived);
     EXPECT_EQ(rig.search(1, 3.0).outcome, MoveOutcome::kArrived);
@@ -256,15 +257,7 @@ TEST(EkiExternalAxis, ThatIsNotCountedStaysWhereItIs) {
 }
 
 TEST(EkiExternalAxis, ThatTheStatesDoNotAgreeOnIsNoReference) {
-  sim::EkiControllerConfig controller = eki_controller();
-  EkiFilesConfig files;
-  files.external_axes = 1;
-  controller.files = eki_files(files);
-  controller.start_rad.push_back(0.7);
-  controller.max_speed_rad_s.push_back(1.0);
-  EkiConfig config = eki_config();
-  config.external_axes = 1;
-  EkiRig rig(controller, config);
+  EkiRig rig(with_external(1, {0.7}), counting(1));
   rig.run(40ms);
   ASSERT_TRUE(rig.connect());
   int states = 0;
@@ -287,8 +280,7 @@ TEST(EkiExternalAxis, ThatTheStatesDoNotAgreeOnIsNoReference) {
 struct TableRig : EkiRig {
   TableRig() : EkiRig(controller(), config()) { make_ready(); }
   static EkiConfig config() {
-    EkiConfig config = eki_config();
-    config.external_axes = 2;
+    EkiConfig config = counting(2);
     for (const double limit_deg : {60.0, 185.0}) {
       const double limit = limit_deg * kEkiDeg;
       config.limits.push_back({-limit, limit, 0.5, 0, 0});
@@ -297,12 +289,7 @@ struct TableRig : EkiRig {
     return config;
   }
   static sim::EkiControllerConfig controller() {
-    sim::EkiControllerConfig config = eki_controller();
-    EkiFilesConfig files;
-    files.external_axes = 2;
-    config.files = eki_files(files);
-    config.start_rad.insert(config.start_rad.end(), {0.1, -0.2});
-    config.max_speed_rad_s.assign(8, 200 * kEkiDeg);
+    sim::EkiControllerConfig config = with_external(2, {0.1, -0.2});
     config.noise_sigma_deg = 0.0005;
     return config;
   }

@@ -35,13 +35,13 @@ struct Rig {
       krc.receive(reading.drain_output());
     }
     EXPECT_TRUE(reading.ended());
-    return reading.result().value_or(EkiPosition{});
+    return position_of(reading.result().value_or(EkiFrameResult{}));
   }
 
   TimePoint now{1h};
   sim::EkiController krc{usual()};
   bool connected = krc.connect();
-  EkiPositionReading reading{now};
+  EkiFrameExchange reading{now};
   std::function<std::string(std::string)> mangle = [](std::string text) { return text; };
   std::function<void()> each;
 };

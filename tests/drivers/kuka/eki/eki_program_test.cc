@@ -112,7 +112,7 @@ TEST(CellcalEki, IsReadyUnderCellAndMoves) {
 TEST(CellcalEki, ReturnsToCellWhenItsSessionSaysBye) {
   UnderCell rig;
   rig.make_ready();
-  rig.core.end_session();
+  rig.core.close();
   ASSERT_TRUE(rig.run_until([&] { return rig.core.ended(); }, 2s));
   rig.run(100ms);
   EXPECT_FALSE(rig.krc.program_runs());
@@ -150,7 +150,7 @@ TEST(CellcalEki, ReturnsToCellWhereNoSessionComes) {
 TEST(CellcalEki, StaysWhereAPersonHasStartedIt) {
   EkiRig rig;
   rig.make_ready();
-  rig.core.end_session();
+  rig.core.close();
   ASSERT_TRUE(rig.run_until([&] { return rig.core.ended(); }, 2s));
   rig.run(1s);
   EXPECT_TRUE(rig.krc.program_runs());

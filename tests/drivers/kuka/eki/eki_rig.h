@@ -35,6 +35,24 @@ inline sim::EkiControllerConfig eki_controller() {
   return config;
 }
 
+// Over real sockets, on a machine that may be loaded.
+
+inline EkiConfig eki_loopback(std::uint16_t port) {
+  EkiConfig config = eki_config();
+  config.address = "127.0.0.1";
+  config.port = port;
+  config.silence_s = 2.0;
+  return config;
+}
+
+inline sim::EkiControllerConfig patient_eki_controller() {
+  sim::EkiControllerConfig config = eki_controller();
+  EkiFilesConfig files;
+  files.dead_man_ms = 1000;
+  config.files = eki_files(files);
+  return config;
+}
+
 class EkiRig : public VirtualRig<EkiRig> {
  public:
   explicit EkiRig(sim::EkiControllerConfig controller = eki_controller(),

@@ -24,23 +24,6 @@ namespace {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-EkiConfig loopback(std::uint16_t port) {
-  EkiConfig config = eki_config();
-  config.address = "127.0.0.1";
-  config.port = port;
-  // Tolerates a loaded machine.
-  config.silence_s = 2.0;
-  return config;
-}
-
-sim::EkiControllerConfig patient() {
-  sim::EkiControllerConfig config = eki_controller();
-  EkiFilesConfig files;
-  files.dead_man_ms = 1000;
-  config.files = eki_files(files);
-  return config;
-}
-
 class EkiSockets : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -50,7 +33,7 @@ class EkiSockets : public ::testing::Test {
   void TearDown() override { robot.reset(); }
 
   void make_robot() {
-    robot = std::make_unique<EkiRobot>(io.context(), loopback(krc.port()), &guard);
+    robot = std::make_unique<EkiRobot>(io.context(), eki_loopback(krc.port()), &guard);
   }
   void make_ready() {
     make_robot();
@@ -77,7 +60,8 @@ class EkiSockets : public ::testing::Test {
   }
 
   ScriptedGuard guard;
-  sim::EkiServer krc{patient(), {.address = "127.0.0.1", .port = 0, .realtime = false}};
+  sim::EkiServer krc{patient_eki_controller(),
+                     {.address = "127.0.0.1", .port = 0, .realtime = false}};
   IoThread io{IoThreadOptions{.realtime = false}};
   std::unique_ptr<EkiRobot> robot;
 };
@@ -115,7 +99,7 @@ TEST_F(EkiSockets, StopsWhenAsked) {
 
 TEST_F(EkiSockets, ASecondClientIsRefusedAndTheFirstIsNotDisturbed) {
   make_ready();
-  EkiRobot second(io.context(), loopback(krc.port()), nullptr);
+  EkiRobot second(io.context(), eki_loopback(krc.port()), nullptr);
   second.open();
   EXPECT_TRUE(eventually([&] { return krc.refused_clients() >= 2; })) << "it tries again";
   EXPECT_NE(second.state().link, RobotLink::kReady);
@@ -165,7 +149,7 @@ TEST_F(EkiSockets, SaysGoodbyeAndCanBeOpenedAgain) {
 
 TEST_F(EkiSockets, NobodyThereIsNamedWithWhatToCheck) {
   krc.stop();
-  EkiRobot alone(io.context(), loopback(1), nullptr);
+  EkiRobot alone(io.context(), eki_loopback(1), nullptr);
   alone.open();
   EXPECT_TRUE(eventually(
       [&] { return said(alone.state().words).find("Last error: ") != std::string::npos; }));
@@ -174,7 +158,7 @@ TEST_F(EkiSockets, NobodyThereIsNamedWithWhatToCheck) {
 }
 
 TEST_F(EkiSockets, AnAddressThatIsNoneIsRefusedAtOnce) {
-  EkiConfig config = loopback(54600);
+  EkiConfig config = eki_loopback(54600);
   config.address = "krc4.local";
   EkiRobot wrong(io.context(), config, nullptr);
   EXPECT_THROW(wrong.open(), DriverError);
@@ -183,7 +167,7 @@ TEST_F(EkiSockets, AnAddressThatIsNoneIsRefusedAtOnce) {
 TEST_F(EkiSockets, APeerThatTalksNonsenseIsLeft) {
   asio::io_context context;
   tcp::acceptor acceptor(context, tcp::endpoint(asio::ip::address_v4::loopback(), 0));
-  EkiRobot wrong(io.context(), loopback(acceptor.local_endpoint().port()), nullptr);
+  EkiRobot wrong(io.context(), eki_loopback(acceptor.local_endpoint().port()), nullptr);
   wrong.open();
   for (const std::string& nonsense : {std::string(20000, 'x'), "<R>" + std::string(20000, 'y')}) {
     tcp::socket peer = acceptor.accept();

@@ -107,14 +107,7 @@ TEST(RsiTravel, IsRefusedByFileAndWords) {
       {"cellcal_rsi.src", "CC_LOW_E1($SOFTN_END[7],-500.1", "CC_LOW_E1($SOFTN_END[7],-700.1",
        "LowerLimE1 is not LIMIT=CC_LOW_E1($SOFTN_END[7],-500.1,$AXIS_ACT_MEAS.E1)"},
   };
-  for (const Spoiled& one : cases) {
-    const RsiFilesConfig config = on_track(one.version);
-    ControllerFiles files = rsi_files(config);
-    replace(files, one.file, one.from, one.to);
-    const std::string said = verdict(files, config);
-    EXPECT_NE(said.find(one.words), std::string::npos) << one.words << "\nsaid: " << said;
-    EXPECT_EQ(said.rfind("refused", 0), 0u) << one.words << "\nsaid: " << said;
-  }
+  expect_refused(cases, on_track);
 }
 
 /// E1 from -500 to 2500 mm, E2 from -60 to 60 deg, E3 from -185 to 185 deg.
@@ -212,14 +205,7 @@ TEST(RsiPositionerFiles, AreRefusedByFileAndWords) {
       {"cellcal_rsi.src", "CC_LOW_E2($SOFTN_END[8],-60.1", "CC_LOW_E2($SOFTN_END[8],-90.1",
        "LowerLimE2 is not LIMIT=CC_LOW_E2($SOFTN_END[8],-60.1,$AXIS_ACT_MEAS.E2)"},
   };
-  for (const Spoiled& one : cases) {
-    const RsiFilesConfig config = with_positioner(one.version);
-    ControllerFiles files = rsi_files(config);
-    replace(files, one.file, one.from, one.to);
-    const std::string said = verdict(files, config);
-    EXPECT_NE(said.find(one.words), std::string::npos) << one.words << "\nsaid: " << said;
-    EXPECT_EQ(said.rfind("refused", 0), 0u) << one.words << "\nsaid: " << said;
-  }
+  expect_refused(cases, [](int version) { return with_positioner(version); });
   EXPECT_NE(verdict(rsi_files(on_track()), with_positioner()).find("refused"), std::string::npos);
   EXPECT_NE(verdict(rsi_files(with_positioner()), on_track()).find("corrects E2, which"),
             std::string::npos);

@@ -27,18 +27,7 @@ TEST(RsiSet, OfRsi3IsReadAlikeFromContextAndModel) {
   ASSERT_EQ(files.size(), 5u);
   const RsiContextFile context = read_rsi_context(files.at("cellcal_rsi.rsi.xml"), "context");
   const RsiContextFile model = read_rsi_model(files.at("cellcal_rsi.rsi"), "model");
-  ASSERT_EQ(context.objects.size(), model.objects.size());
-  for (const RsiObject& one : context.objects) {
-    const RsiObject* drawn = model.only(one.type);
-    ASSERT_NE(drawn, nullptr) << one.type;
-    EXPECT_EQ(drawn->id, one.id);
-    EXPECT_EQ(drawn->parameters.size(), one.parameters.size()) << one.type;
-    ASSERT_EQ(drawn->inputs.size(), one.inputs.size()) << one.type;
-    for (const RsiInput& input : one.inputs) {
-      ASSERT_NE(drawn->input(input.index), nullptr);
-      EXPECT_EQ(drawn->input(input.index)->from_index, input.from_index) << one.type;
-    }
-  }
+  expect_alike(context, model);
   EXPECT_EQ(kind_of(files.at("cellcal_rsi.rsi.diagram"), "cellcal_rsi.rsi.diagram"),
             ControllerFileKind::kRsiDiagram);
 }
@@ -226,14 +215,7 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
       {kFour, "OutObjId=\"Ethernet_1\" OutIdx=\"6\"", "OutObjId=\"Ethernet_1\" OutIdx=\"5\"",
        "input 1 comes from Ethernet_1 output 6", 6},
   };
-  for (const Spoiled& one : cases) {
-    const RsiFilesConfig config = rsi_config(one.version);
-    ControllerFiles files = rsi_files(config);
-    replace(files, one.file, one.from, one.to);
-    const std::string said = verdict(files, config);
-    EXPECT_NE(said.find(one.words), std::string::npos) << one.words << "\nsaid: " << said;
-    EXPECT_EQ(said.rfind("refused", 0), 0u) << one.words << "\nsaid: " << said;
-  }
+  expect_refused(cases, rsi_config);
 }
 
 TEST(RsiSet, HasTheFenceOfTheCell) {

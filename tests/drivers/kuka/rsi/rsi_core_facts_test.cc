@@ -127,7 +127,7 @@ TEST_F(RsiFacts, StoppedBeforeItBeganItWasStoppedAndNotRefused) {
 
 TEST_F(RsiFacts, AtTheEndOfTheSessionNothingBegins) {
   rig.make_ready();
-  rig.core.end_session();
+  rig.core.close();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
   rig.cycle();
   expect(*rig.core.next_result(), MoveOutcome::kRefused, cause::Closing{});

@@ -288,7 +288,7 @@ TEST(RsiLink, EndOfTheSessionStopsTheControllersProgram) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 40));
   rig.run(300ms);
-  rig.core.end_session();
+  rig.core.close();
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kStopped);
   ASSERT_TRUE(rig.run_until([&] { return rig.krc.phase() == sim::RsiPhase::kEnded; }, 2s));
   EXPECT_TRUE(rig.core.end_sent());
@@ -298,7 +298,7 @@ TEST(RsiLink, EndOfTheSessionStopsTheControllersProgram) {
 
 TEST(RsiLink, StopIsSeenLowBeforeItRises) {
   Rig rig;
-  rig.core.end_session();  // before the first packet
+  rig.core.close();  // before the first packet
   rig.krc.rsi_on();
   rig.cycle();
   EXPECT_TRUE(has(rig.reply, "<Stop>0</Stop>")) << rig.reply;
@@ -312,7 +312,7 @@ TEST(RsiLink, EndOfTheSessionInATransitBrakesRestsAndThenRaisesStopOnce) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 40));
   rig.run(300ms);
-  rig.core.end_session();
+  rig.core.close();
   double speed = 0.0, last = rig.krc.setpoint_rad()[0];
   int rises = 0, unanswered = 0;
   bool high = false;

@@ -151,7 +151,7 @@ TEST(RsiMove, NoReplyExceedsTheAccelerationOfAnyAxisWhateverEndsTheMove) {
     rig.run(350ms);
     if (ending == 1) rig.core.stop();
     if (ending == 2) rig.guard.touch(true);
-    if (ending == 3) rig.core.end_session();
+    if (ending == 3) rig.core.close();
     rig.finish();
     for (std::size_t k = 2; k < at.size(); ++k) {
       for (std::size_t i = 0; i < 6; ++i) {

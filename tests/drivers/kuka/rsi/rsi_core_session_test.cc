@@ -409,7 +409,7 @@ TEST(RsiAnswers, WithoutAStopTagNoReplySpeaksOfItAndNoneEndsTheSession) {
   config.stop_tag.clear();
   Packets peer(config);
   EXPECT_TRUE(peer.answered());
-  peer.core.end_session();
+  peer.core.close();
   peer.now += 4ms;
   peer.text.ipoc += 4;
   const std::string reply(peer.core.on_datagram(text_of(peer.text), peer.now));
@@ -422,7 +422,7 @@ TEST_F(RsiSession, IsEndedByAReplyWithStopAndByNothingBefore) {
   EXPECT_FALSE(rig.core.end_sent());
   rig.make_ready();
   EXPECT_FALSE(rig.core.end_sent()) << "Stop was 0";
-  rig.core.end_session();
+  rig.core.close();
   EXPECT_FALSE(rig.core.end_sent());
   rig.cycle();
   EXPECT_TRUE(has(rig.reply, "<Stop>1</Stop>")) << rig.reply;
@@ -433,14 +433,14 @@ TEST_F(RsiSession, EachSessionSeesStopLowBeforeItRises) {
   rig.make_ready();
   pause(300ms);
   ASSERT_EQ(facts().link, RobotLink::kLost);
-  rig.core.end_session();
+  rig.core.close();
   rig.krc.rsi_on();
   ASSERT_TRUE(rig.run_until([&] { return !rig.reply.empty(); }, 1s));
   EXPECT_TRUE(has(rig.reply, "<Stop>0</Stop>")) << rig.reply;
   rig.cycle();
   EXPECT_TRUE(has(rig.reply, "<Stop>1</Stop>")) << rig.reply;
   RsiCore core(rig_config(), nullptr);
-  core.end_session();
+  core.close();
   const std::string first(
       core.on_datagram("<Rob Type=\"KUKA\"><IPOC>8</IPOC></Rob>", TimePoint{1000s}));
   EXPECT_TRUE(has(first, "<Stop>0</Stop>")) << first;

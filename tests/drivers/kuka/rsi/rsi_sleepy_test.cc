@@ -172,7 +172,7 @@ TEST(RsiSleepyPeer, ASecondSessionFindsTheCorrectionThatItHolds) {
       EXPECT_LE(rig.peer.largest_step_rad(), std::max(largest, 1e-6)) << "no jump";
       EXPECT_EQ(rig.move(MoveKind::kTransit, 3.0).outcome, MoveOutcome::kArrived) << rig.words();
       EXPECT_NEAR(rig.peer.held_rad(0), 3.0 * (session + 1) * kDeg, 1e-6);
-      rig.core->end_session();
+      rig.core->close();
       rig.run(500ms);
       rig.leave(1700ms);
       rig.new_adapter();

@@ -6,7 +6,10 @@
 #include <functional>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <type_traits>
 
+#include "drivers/error.h"
 #include "drivers/robot.h"
 #include "tests/drivers/kuka/expect_cause.h"
 #include "tests/drivers/kuka/rsi/scripted_guard.h"
@@ -14,6 +17,19 @@
 namespace cellcal::drivers {
 
 using namespace std::chrono_literals;
+
+/// The error of this configuration once spoilt; empty: accepted.
+template <class Config>
+std::string complaint_of(Config config,
+                         const std::type_identity_t<std::function<void(Config&)>>& spoil) {
+  spoil(config);
+  try {
+    config.validate();
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return {};
+}
 
 /// `Rig` has cycle(), which advances `now`, and `core`.
 template <class Rig>

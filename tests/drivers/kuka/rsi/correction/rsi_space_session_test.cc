@@ -107,7 +107,7 @@ TEST_F(SpaceSearch, LateRepliesEndTheMove) {
 
 TEST_F(SpaceSearch, EndOfTheSessionStopsTheControllersProgram) {
   search();
-  rig.core.end_session();
+  rig.core.close();
   ASSERT_TRUE(rig.run_until([&] { return rig.krc.phase() == sim::RsiPhase::kEnded; }, 5s));
   EXPECT_EQ(rig.krc.message(), "RSI_MOVECORR ended (STOP)");
 }
@@ -351,15 +351,8 @@ TEST_F(SpaceSetpoint, AFreshSessionHoldsNoneAndCountsFromItsOwnStart) {
 }
 
 TEST(RsiSpaceConfig, WhatCannotBeDrivenIsRefusedByName) {
-  const auto complaint = [](const std::function<void(RsiConfig&)>& spoil) -> std::string {
-    RsiConfig config = space_config();
-    spoil(config);
-    try {
-      config.validate();
-    } catch (const ConfigError& error) {
-      return error.what();
-    }
-    return {};
+  const auto complaint = [](const std::function<void(RsiConfig&)>& spoil) {
+    return complaint_of(space_config(), spoil);
   };
   EXPECT_EQ(complaint([](RsiConfig&) {}), "");
   const std::pair<const char*, std::function<void(RsiConfig&)>> cases[] = {

@@ -5,21 +5,13 @@
 #include <cmath>
 #include <functional>
 
-#include "drivers/error.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 
 namespace cellcal::drivers {
 namespace {
 
 std::string complaint(const std::function<void(RsiConfig&)>& spoil) {
-  RsiConfig config = rig_config();
-  spoil(config);
-  try {
-    config.validate();
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return {};
+  return complaint_of(rig_config(), spoil);
 }
 
 TEST(RsiConfig, SoundOneIsAccepted) {
