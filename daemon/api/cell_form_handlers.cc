@@ -82,6 +82,10 @@ json shown_json(const std::string& name, const std::filesystem::path& file,
 
 json robots_json(const std::vector<calib::NamedRobot>& kept) {
   std::vector<calib::NamedRobot> robots = calib::shipped_robots();
+  constexpr std::size_t kMovedAxes = 6;
+  std::erase_if(robots, [](const calib::NamedRobot& one) {
+    return one.robot.joints.size() != kMovedAxes + one.robot.first_turning();
+  });
   std::sort(robots.begin(), robots.end(),
             [](const auto& a, const auto& b) { return a.file < b.file; });
   robots.insert(robots.end(), kept.begin(), kept.end());
@@ -152,35 +156,34 @@ double unit_speed_mm_s(const json& body) {
   return speed;
 }
 
-}  // namespace
-
-const CellFileStore& Api::shelf() {
-  if (shelf_ == nullptr) throw NotFound("this daemon writes no cell files. Use 'cellcal new-cell'");
-  return *shelf_;
+const CellFileStore& shelf_of(const Api& api) {
+  if (api.shelf == nullptr)
+    throw NotFound("this daemon writes no cell files. Use 'cellcal new-cell'");
+  return *api.shelf;
 }
 
-std::optional<Response> Api::show_cell_form(const Call& call) {
-  json answer{{"folder", shelf().folder().string()},
-              {"cells", shelf().names()},
-              {"robots", robots_json(shelf().robots())},
-              {"reads_position", position_ && position_()},
+Answer show_cell_form(Api& api, const Call& call) {
+  json answer{{"folder", shelf_of(api).folder().string()},
+              {"cells", shelf_of(api).names()},
+              {"robots", robots_json(shelf_of(api).robots())},
+              {"reads_position", api.position && api.position()},
               {"shown", nullptr}};
   if (const auto other = call.request.query.find("file"); other != call.request.query.end()) {
     const std::filesystem::path file = cell_file_in(other->second);
-    keep_among_cells(call.request, file);
+    keep_among_cells(api, call.request, file);
     answer["shown"] =
         shown_json(file.stem().string(), file, cell_act([&] { return CellFileStore::read(file); }));
     return Response{.body = dump(answer)};
   }
   const auto name = call.request.query.find("name");
   if (name == call.request.query.end()) return Response{.body = dump(answer)};
-  const auto shown = cell_act([&] { return shelf().find(name->second); });
+  const auto shown = cell_act([&] { return shelf_of(api).find(name->second); });
   if (!shown) throw NotFound("no cell \"" + printable(name->second) + "\" was made here");
-  answer["shown"] = shown_json(name->second, shelf().file(name->second), *shown);
+  answer["shown"] = shown_json(name->second, shelf_of(api).file(name->second), *shown);
   return Response{.body = dump(answer)};
 }
 
-std::optional<Response> Api::read_cell_lists(const Call& call) {
+Answer read_cell_lists(Api&, const Call& call) {
   const json body = object_in(call.request.body, {"spheres", "certificate"});
   const std::string spheres = text_of(body, "spheres"), certificate = text_of(body, "certificate");
   return cell_act([&] {
@@ -192,7 +195,7 @@ std::optional<Response> Api::read_cell_lists(const Call& call) {
   });
 }
 
-std::optional<Response> Api::import_robot(const Call& call) {
+Answer import_robot(Api& api, const Call& call) {
   const json body =
       object_in(call.request.body, {"machine_data", "robcor", "robot_file", "unit_speed_mm_s"});
   const double speed_mm_s = unit_speed_mm_s(body);
@@ -207,7 +210,7 @@ std::optional<Response> Api::import_robot(const Call& call) {
                                           ? robot_of_file(robot_file)
                                           : robot_of_controller(machine, robcor, speed_mm_s);
     std::filesystem::path file;
-    service_.alone(kWriting, [&, &arm = robot] { file = shelf().keep(arm); });
+    api.service.alone(kWriting, [&, &arm = robot] { file = shelf_of(api).keep(arm); });
     spdlog::info("robot file {} was written", file.string());
     json answer{{"name", file.string()}, {"model", robot.name}};
     if (!linear_unit.is_null()) answer["linear_unit"] = linear_unit;
@@ -215,16 +218,10 @@ std::optional<Response> Api::import_robot(const Call& call) {
   });
 }
 
-std::size_t Api::largest_body(const Request& request) {
-  constexpr std::size_t kMegabyte = std::size_t{1} << 20;
-  if (request.path == "/v1/cell-form/mesh") return 8 * kMegabyte;
-  return request.path.starts_with("/v1/cell-form") ? 2 * kMegabyte : 0;
-}
-
-std::optional<Response> Api::keep_mesh(const Call& call) {
+Answer keep_mesh(Api& api, const Call& call) {
   return cell_act([&] {
     CellFileStore::KeptMesh kept;
-    service_.alone(kWriting, [&] { kept = shelf().keep_mesh(call.request.body, "STL"); });
+    api.service.alone(kWriting, [&] { kept = shelf_of(api).keep_mesh(call.request.body, "STL"); });
     spdlog::info("STL file {} was written", kept.file.string());
     return Response{201, "application/json",
                     dump({{"file", kept.file.string()},
@@ -234,7 +231,7 @@ std::optional<Response> Api::keep_mesh(const Call& call) {
   });
 }
 
-std::optional<Response> Api::read_cell_file(const Call& call) {
+Answer read_cell_file(Api&, const Call& call) {
   const json body = object_in(call.request.body, {"cell"});
   const std::string text = text_of(body, "cell");
   return cell_act([&] {
@@ -245,38 +242,38 @@ std::optional<Response> Api::read_cell_file(const Call& call) {
   });
 }
 
-CellForm Api::unfinished_form(const Call& call) {
+CellForm unfinished_form(Api& api, const Call& call) {
   const json body = object_in(call.request.body, {"form", "from"});
   const std::string origin = text_of(body, "from");
   const std::filesystem::path from =
       origin.empty() ? std::filesystem::path() : cell_file_in(origin);
-  keep_among_cells(call.request, from);
+  keep_among_cells(api, call.request, from);
   const auto before = from.empty() ? std::nullopt : CellFileStore::read(from).form;
-  return form_from_json(body.value("form", json()), shelf().file("draft"),
+  return form_from_json(body.value("form", json()), shelf_of(api).file("draft"),
                         before ? &*before : nullptr);
 }
 
-std::optional<Response> Api::draw_cell_form(const Call& call) {
+Answer draw_cell_form(Api& api, const Call& call) {
   return cell_act([&] {
-    const calib::Cell cell = sketch_of(unfinished_form(call));
+    const calib::Cell cell = sketch_of(unfinished_form(api, call));
     const json joints = web::shown_joints(calib::middle_posture(cell.robot), cell.robot);
     return Response{.body = "{\"joints_deg\":" + dump(joints) +
                             ",\"scene\":" + web::scene_to_json(0, cell) + "}"};
   });
 }
 
-std::optional<Response> Api::suggest_places_of_form(const Call& call) {
+Answer suggest_places_of_form(Api& api, const Call& call) {
   return cell_act([&] {
-    const CellForm form = unfinished_form(call);
+    const CellForm form = unfinished_form(api, call);
     SuggestedPlaces places;
-    service_.alone(kProposing, [&] { places = suggest_places(form); });
+    api.service.alone(kProposing, [&] { places = suggest_places(form); });
     return Response{.body = dump({{"spheres", to_json(places.spheres)},
                                   {"predicted_mean_mm", places.mean_mm},
                                   {"predicted_u95_mm", places.u95_mm}})};
   });
 }
 
-std::optional<Response> Api::write_cell(const Call& call) {
+Answer write_cell(Api& api, const Call& call) {
   const json body =
       object_in(call.request.body, {"name", "form", "instead_of", "from", "from_text", "write"});
   if (body.contains("write") && !body["write"].is_boolean())
@@ -289,18 +286,19 @@ std::optional<Response> Api::write_cell(const Call& call) {
     throw BadRequest("\"from\" and \"from_text\" exclude each other");
   const std::filesystem::path from =
       origin.empty() ? std::filesystem::path() : cell_file_in(origin);
-  keep_among_cells(call.request, from);
+  keep_among_cells(api, call.request, from);
   return cell_act([&] {
-    const std::filesystem::path file = shelf().file(name);
+    const std::filesystem::path file = shelf_of(api).file(name);
     const std::optional<CellFileStore::Shown> before =
-        from.empty() ? shelf().find(name) : CellFileStore::read(from);
+        from.empty() ? shelf_of(api).find(name) : CellFileStore::read(from);
     const CellForm form = form_from_json(body.value("form", json()), file,
                                          before && before->form ? &*before->form : nullptr);
     const std::vector<calib::Phrase> warnings = CellFileStore::validate(form);
     if (!from.empty() && before && before->form) origin_text = before->text;
     if (from.empty() && !origin_text.empty()) (void)uploaded_cell(origin_text, "cell file");
     if (write) {
-      service_.alone(kWriting, [&] { shelf().write(name, form, instead_of, origin_text); });
+      api.service.alone(kWriting,
+                        [&] { shelf_of(api).write(name, form, instead_of, origin_text); });
       spdlog::info("cell file {} was written", file.string());
     }
     return Response{write ? 201 : 200, "application/json",
@@ -309,6 +307,28 @@ std::optional<Response> Api::write_cell(const Call& call) {
                           {"warnings", all_words(warnings)},
                           {"form", to_json(form)}})};
   });
+}
+
+}  // namespace
+
+std::size_t Api::largest_body(const Request& request) {
+  constexpr std::size_t kMegabyte = std::size_t{1} << 20;
+  if (request.path == "/v1/cell-form/mesh") return 8 * kMegabyte;
+  return request.path.starts_with("/v1/cell-form") ? 2 * kMegabyte : 0;
+}
+
+std::span<const Api::Route> cell_form_routes() {
+  static constexpr Api::Route kRoutes[] = {
+      {"GET", "/v1/cell-form", Role::kOperate, kSlow, show_cell_form},
+      {"POST", "/v1/cell-form/lists", Role::kOperate, kSlow, read_cell_lists},
+      {"POST", "/v1/cell-form/robot", Role::kOperate, kSlow, import_robot},
+      {"POST", "/v1/cell-form/mesh", Role::kOperate, kSlow, keep_mesh},
+      {"POST", "/v1/cell-form/read", Role::kOperate, kSlow, read_cell_file},
+      {"POST", "/v1/cell-form/scene", Role::kOperate, kSlow, draw_cell_form},
+      {"POST", "/v1/cell-form/places", Role::kOperate, kSlow, suggest_places_of_form},
+      {"POST", "/v1/cell-form", Role::kOperate, kSlow, write_cell},
+  };
+  return kRoutes;
 }
 
 }  // namespace cellcal::daemon

@@ -99,43 +99,42 @@ Response answer_of(const FrameRecord& record) {
   return Response{set ? 201 : 502, "application/json", dump(body)};
 }
 
-}  // namespace
-
-FrameStation& Api::frames() {
-  if (frames_ == nullptr) throw NotFound("setting frames is off");
-  return *frames_;
+FrameStation& frames_of(const Api& api) {
+  if (api.frames == nullptr) throw NotFound("setting frames is off");
+  return *api.frames;
 }
 
-std::optional<Response> Api::show_frames(const Call&) {
+Answer show_frames(Api& api, const Call&) {
   json list = json::array();
-  for (const FrameRecord& one : frames().records()) list.push_back(to_json(one));
-  return Response{.body = dump({{"configured", frames().configured()},
-                                {"problem", frames().problem().empty() ? json(nullptr)
-                                                                       : json(frames().problem())},
-                                {"frames", std::move(list)}})};
+  for (const FrameRecord& one : frames_of(api).records()) list.push_back(to_json(one));
+  return Response{
+      .body = dump({{"configured", frames_of(api).configured()},
+                    {"problem", frames_of(api).problem().empty() ? json(nullptr)
+                                                                 : json(frames_of(api).problem())},
+                    {"frames", std::move(list)}})};
 }
 
-std::optional<Response> Api::read_frame(const Call& call) {
+Answer read_frame(Api& api, const Call& call) {
   const FrameName name = name_in(object_in(call.request.body, {"frame"}));
   EkiFrameValues values{};
-  sent([&] { service_.alone(kHold, [&] { values = frames().read(name); }); });
+  sent([&] { api.service.alone(kHold, [&] { values = frames_of(api).read(name); }); });
   json body = values_json(values);
   body["frame"] = to_string(name);
   return Response{.body = dump(body)};
 }
 
-std::optional<Response> Api::set_frame(const Call& call) {
+Answer set_frame(Api& api, const Call& call) {
   const json body =
       object_in(call.request.body, {"frame", "values", "was", "reason", "by", "confirm"});
   require_confirmed(body);
   const FrameOrder order{name_in(body), values_in(body, "values"), values_in(body, "was"),
                          author_of(call.request, body), line_in(body, "reason", kLongestReason)};
   FrameRecord record;
-  sent([&] { service_.alone(kHold, [&] { record = frames().set(order); }); });
+  sent([&] { api.service.alone(kHold, [&] { record = frames_of(api).set(order); }); });
   return answer_of(record);
 }
 
-std::optional<Response> Api::restore_frame(const Call& call) {
+Answer restore_frame(Api& api, const Call& call) {
   const json body = object_in(call.request.body, {"id", "by", "confirm"});
   require_confirmed(body);
   const json id = body.value("id", json());
@@ -144,20 +143,35 @@ std::optional<Response> Api::restore_frame(const Call& call) {
     throw BadRequest("\"id\" must be the number of a frame that was sent");
   const std::string by = author_of(call.request, body);
   FrameRecord record;
-  sent([&] { service_.alone(kHold, [&] { record = frames().restore(id.get<int>(), by); }); });
+  sent([&] {
+    api.service.alone(kHold, [&] { record = frames_of(api).restore(id.get<int>(), by); });
+  });
   return answer_of(record);
 }
 
 // Current position of the arm, for teaching: no session runs meanwhile; causes no motion.
 
-std::optional<Response> Api::read_position(const Call&) {
-  const ReadPosition read = position_ ? position_() : nullptr;
+Answer read_position(Api& api, const Call&) {
+  const Api::ReadPosition read = api.position ? api.position() : nullptr;
   if (!read) throw NotFound(no_position_words());
   drivers::EkiPosition position;
-  service_.alone("reading the arm's position", [&] { position = read(); });
+  api.service.alone("reading the arm's position", [&] { position = read(); });
   if (position.trouble != drivers::EkiPositionTrouble::kNone)
     throw BusyError(position_words(position));
   return Response{.body = dump({{"axes_deg", position.axes_deg}})};
+}
+
+}  // namespace
+
+std::span<const Api::Route> frame_routes() {
+  static constexpr Api::Route kRoutes[] = {
+      {"GET", "/v1/frames", Role::kView, kSlow, show_frames},
+      {"POST", "/v1/frames/read", Role::kAdminister, kSlow, read_frame},
+      {"POST", "/v1/frames", Role::kAdminister, kSlow, set_frame},
+      {"POST", "/v1/frames/restore", Role::kAdminister, kSlow, restore_frame},
+      {"POST", "/v1/position", Role::kOperate, kSlow, read_position},
+  };
+  return kRoutes;
 }
 
 }  // namespace cellcal::daemon

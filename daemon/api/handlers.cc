@@ -21,6 +21,11 @@ namespace cellcal::daemon {
 
 namespace {
 
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::size_t kLongestName = 100;
+
 EventFeed::Source source(SessionService& service) {
   return {[&service] { return service.status(); },
           [&service](std::uint64_t seq) { return service.since(seq); }};
@@ -31,180 +36,6 @@ void refuse_while_under_way(const Status& status) {
   throw BusyError("session " + std::to_string(status.session) +
                   " is running. Wait for its end, or abort it");
 }
-
-}  // namespace
-
-Api::Api(SessionService& service, Journal& journal, Access* access, Page page, Examiner* examiner)
-    : service_(service),
-      journal_(journal),
-      access_(access),
-      page_(std::move(page)),
-      examiner_(examiner),
-      drift_watch_(journal),
-      local_feed_(source(service)),
-      network_feed_(source(service)) {}
-
-std::optional<Response> Api::admit_local(Request& request) const {
-  request.caller = {Role::kAdminister, kLocalName};
-  return std::nullopt;
-}
-
-std::optional<Response> Api::admit_network(Request& request) const {
-  const Match found = match(request);
-  const bool page = found.route == nullptr && !request.path.starts_with("/v1/");
-  const Role needed = found.route != nullptr ? found.route->role : page ? Role::kNone : Role::kView;
-  if (access_ != nullptr) return access_->admit(request, needed);
-  if (needed == Role::kNone) return std::nullopt;
-  return error(401, "a token is needed, and this daemon has none");
-}
-
-std::optional<Response> Api::answer(const Request& request, bool give_up) try {
-  const Match found = match(request);
-  if (found.route == nullptr && found.path_known) {
-    return error(405, "wrong method for " + request.path);
-  }
-  if (found.route == nullptr) {
-    if (page_ && request.method == "GET" && !request.path.starts_with("/v1/")) {
-      if (auto page = page_(request)) return page;
-    }
-    return error(404, "no such resource: " + request.path);
-  }
-  // Already checked on admission; repeated for safety.
-  if (request.caller.role < found.route->role) {
-    return error(403, std::string("the role ") + to_string(found.route->role) + " is needed");
-  }
-  return (this->*found.route->answer)({request, found.variable, give_up});
-} catch (const BadRequest& bad) {
-  return error(400, bad.what());
-} catch (const NotFound& none) {
-  return error(404, none.what());
-} catch (const BusyError& busy) {
-  return error(409, busy.what());
-} catch (const TokenError& wrong) {
-  return error(409, wrong.what());
-} catch (const FieldError& wrong) {
-  json body{{"error", wrong.what()}};
-  if (!wrong.key.empty()) body.update({{"key", wrong.key}, {"reason", wrong.reason}});
-  return Response{422, "application/json", dump(body)};
-} catch (const RequestError& wrong) {
-  return error(422, wrong.what());
-} catch (const NotUsable& refused) {
-  return error(refused.why == NotUsable::Why::kNoSession ? 404 : 422, refused.what());
-} catch (const calib::FileError& wrong) {
-  return error(422, wrong.what());
-} catch (const drivers::ConfigError& wrong) {
-  return error(422, wrong.what());
-} catch (const std::exception& failed) {
-  spdlog::error("{} {}: {}", request.method, request.path, failed.what());
-  return error(500, system_words(failed));
-}
-
-std::optional<Response> Api::health(const Call&) {
-  return Response{.body = dump({{"ok", true}, {"version", calib::software_version()}})};
-}
-
-Access& Api::access() {
-  if (access_ == nullptr) throw NotFound("this daemon has no tokens");
-  return *access_;
-}
-
-std::optional<Response> Api::me(const Call& call) {
-  const Caller& caller = call.request.caller;
-  return Response{.body = dump({{"role", to_string(caller.role)}, {"name", caller.name}})};
-}
-
-std::optional<Response> Api::status(const Call& call) {
-  return Response{.body = status_to_json(service_.status(), language_in(call.request))};
-}
-
-std::optional<Response> Api::watch(const Call& call) {
-  const std::int64_t since = whole_number_in(call.request, "since").value_or(0);
-  std::string lines;
-  for (const Status& one : service_.since(static_cast<std::uint64_t>(since))) {
-    lines += status_to_json(one) + "\n";
-  }
-  if (lines.empty() && !call.give_up) return std::nullopt;
-  return Response{200, "application/x-ndjson", std::move(lines)};
-}
-
-std::optional<Response> Api::events(const Call& call) {
-  const Request& request = call.request;
-  // The id that a browser sends on reconnection is newer than the one in its address.
-  std::string since = request.header("last-event-id");
-  if (const auto given = request.query.find("since"); since.empty() && given != request.query.end())
-    since = given->second;
-  std::optional<EventId> id;
-  if (!since.empty()) {
-    id = parse_event_id(since);
-    if (!id) throw BadRequest("\"since\" must be the id of an event, such as 57 or 57.1");
-  }
-  Response response{200, "text/event-stream"};
-  response.stream = (request.is_from_network() ? network_feed_ : local_feed_).follow(id);
-  if (request.is_from_network())
-    response.stream = access().while_admitted(request, response.stream);
-  return response;
-}
-
-std::optional<Response> Api::with_clear_cell(const Call& call,
-                                             const std::function<Response()>& act) {
-  const bool afar = call.request.is_from_network();
-  const std::string& name = call.request.caller.name;
-  if (afar && !access().clearance().take(name)) {
-    refuse_while_under_way(service_.status());
-    return error(
-        412,
-        "the cell is not confirmed as clear. Check that no person and nothing is in it, then "
-        "confirm: 'The cell is clear' on the page, or POST /v1/clear. It counts for 5 minutes and "
-        "one request");
-  }
-  try {
-    return act();
-  } catch (...) {
-    if (afar) access().clearance().put_back(name);
-    throw;
-  }
-}
-
-void Api::keep_among_cells(const Request& request, const std::filesystem::path& cell) const {
-  if (cell.empty()) return;
-  NetworkFiles cells{
-      "a cell file",
-      "Place it there, name its folder in cell_folders of [http], or use 'cellcal' on "
-      "the cell's computer",
-      cell_folders_};
-  if (shelf_ != nullptr) cells.folders.push_back(shelf_->folder());
-  keep_within(request, cell, cells);
-  if (request.is_from_network() && cell.extension() != ".toml")
-    throw RequestError("over the network a cell file's name must end in .toml");
-}
-
-std::optional<Response> Api::run(const Call& call) {
-  const RunRequest wanted = run_request(call.request.body);
-  keep_among_cells(call.request, wanted.cell);
-  return with_clear_cell(call, [&] {
-    return Response{201, "application/json", dump({{"session", service_.start(wanted)}})};
-  });
-}
-
-std::optional<Response> Api::clear(const Call& call) {
-  refuse_while_under_way(service_.status());
-  access().clearance().acknowledge(call.request.caller.name);
-  return Response{.body = dump({{"valid_s", kClearanceLasts.count()}})};
-}
-
-bool Api::abort_session() {
-  if (access_ != nullptr) access_->clearance().forget();
-  return service_.abort();
-}
-
-std::optional<Response> Api::abort(const Call&) {
-  if (!abort_session()) return error(409, "no session is running");
-  return Response{202, "application/json", dump({{"session", service_.status().session}})};
-}
-
-namespace {
-
-using nlohmann::json;
 
 template <class T>
 void read(const json& value, const char* key, T& field) {
@@ -246,7 +77,200 @@ void read(const json& value, const char* key, std::vector<std::string>& names) {
   value.get_to(names);
 }
 
+bool is_link(const fs::path& path) {
+  std::error_code none;
+  return fs::is_symlink(path, none);
+}
+
+/// Value of the pattern's segment in braces; none where the path does not match.
+std::optional<std::string_view> fits(std::string_view pattern, std::string_view path) {
+  const std::size_t open = pattern.find('{');
+  if (open == std::string_view::npos) {
+    return pattern == path ? std::optional(std::string_view()) : std::nullopt;
+  }
+  const std::string_view before = pattern.substr(0, open);
+  const std::string_view behind = pattern.substr(pattern.find('}') + 1);
+  if (!path.starts_with(before)) return std::nullopt;
+  path.remove_prefix(before.size());
+  const std::string_view variable = path.substr(0, path.find('/'));
+  if (variable.empty() || path.substr(variable.size()) != behind) return std::nullopt;
+  return variable;
+}
+
+Answer health(Api&, const Call&) {
+  return Response{.body = dump({{"ok", true}, {"version", calib::software_version()}})};
+}
+
+Answer me(Api&, const Call& call) {
+  const Caller& caller = call.request.caller;
+  return Response{.body = dump({{"role", to_string(caller.role)}, {"name", caller.name}})};
+}
+
+Answer status(Api& api, const Call& call) {
+  return Response{.body = status_to_json(api.service.status(), language_in(call.request))};
+}
+
+Answer watch(Api& api, const Call& call) {
+  const std::int64_t since = whole_number_in(call.request, "since").value_or(0);
+  std::string lines;
+  for (const Status& one : api.service.since(static_cast<std::uint64_t>(since))) {
+    lines += status_to_json(one) + "\n";
+  }
+  if (lines.empty() && !call.give_up) return std::nullopt;
+  return Response{200, "application/x-ndjson", std::move(lines)};
+}
+
+Answer events(Api& api, const Call& call) {
+  const Request& request = call.request;
+  // The id that a browser sends on reconnection is newer than the one in its address.
+  std::string since = request.header("last-event-id");
+  if (const auto given = request.query.find("since"); since.empty() && given != request.query.end())
+    since = given->second;
+  std::optional<EventId> id;
+  if (!since.empty()) {
+    id = parse_event_id(since);
+    if (!id) throw BadRequest("\"since\" must be the id of an event, such as 57 or 57.1");
+  }
+  Response response{200, "text/event-stream"};
+  response.stream = (request.is_from_network() ? api.network_feed : api.local_feed).follow(id);
+  if (request.is_from_network())
+    response.stream = access_of(api).while_admitted(request, response.stream);
+  return response;
+}
+
+Answer run(Api& api, const Call& call) {
+  const RunRequest wanted = run_request(call.request.body);
+  keep_among_cells(api, call.request, wanted.cell);
+  return with_clear_cell(api, call, [&] {
+    return Response{201, "application/json", dump({{"session", api.service.start(wanted)}})};
+  });
+}
+
+Answer clear(Api& api, const Call& call) {
+  refuse_while_under_way(api.service.status());
+  access_of(api).clearance().acknowledge(call.request.caller.name);
+  return Response{.body = dump({{"valid_s", kClearanceLasts.count()}})};
+}
+
+Answer abort(Api& api, const Call&) {
+  if (!api.abort_session()) return error(409, "no session is running");
+  return Response{202, "application/json", dump({{"session", api.service.status().session}})};
+}
+
 }  // namespace
+
+Api::Api(SessionService& service, Journal& journal, Access* access, Page page, Examiner* examiner)
+    : service(service),
+      journal(journal),
+      access(access),
+      page(std::move(page)),
+      examiner(examiner),
+      drift_watch(journal),
+      local_feed(source(service)),
+      network_feed(source(service)) {}
+
+std::optional<Response> Api::admit_local(Request& request) const {
+  request.caller = {Role::kAdminister, kLocalName};
+  return std::nullopt;
+}
+
+std::optional<Response> Api::admit_network(Request& request) const {
+  const Match found = match(request);
+  const bool is_page = found.route == nullptr && !request.path.starts_with("/v1/");
+  const Role needed = found.route != nullptr ? found.route->role
+                      : is_page              ? Role::kNone
+                                             : Role::kView;
+  if (access != nullptr) return access->admit(request, needed);
+  if (needed == Role::kNone) return std::nullopt;
+  return error(401, "a token is needed, and this daemon has none");
+}
+
+std::optional<Response> Api::answer(const Request& request, bool give_up) try {
+  const Match found = match(request);
+  if (found.route == nullptr && found.path_known) {
+    return error(405, "wrong method for " + request.path);
+  }
+  if (found.route == nullptr) {
+    if (page && request.method == "GET" && !request.path.starts_with("/v1/")) {
+      if (auto answer = page(request)) return answer;
+    }
+    return error(404, "no such resource: " + request.path);
+  }
+  // Already checked on admission; repeated for safety.
+  if (request.caller.role < found.route->role) {
+    return error(403, std::string("the role ") + to_string(found.route->role) + " is needed");
+  }
+  return found.route->answer(*this, {request, found.variable, give_up});
+} catch (const BadRequest& bad) {
+  return error(400, bad.what());
+} catch (const NotFound& none) {
+  return error(404, none.what());
+} catch (const BusyError& busy) {
+  return error(409, busy.what());
+} catch (const TokenError& wrong) {
+  return error(409, wrong.what());
+} catch (const FieldError& wrong) {
+  json body{{"error", wrong.what()}};
+  if (!wrong.key.empty()) body.update({{"key", wrong.key}, {"reason", wrong.reason}});
+  return Response{422, "application/json", dump(body)};
+} catch (const RequestError& wrong) {
+  return error(422, wrong.what());
+} catch (const NotUsable& refused) {
+  return error(refused.why == NotUsable::Why::kNoSession ? 404 : 422, refused.what());
+} catch (const calib::FileError& wrong) {
+  return error(422, wrong.what());
+} catch (const calib::LinearUnitError& wrong) {
+  return error(422, wrong.what());
+} catch (const calib::PositionerError& wrong) {
+  return error(422, wrong.what());
+} catch (const drivers::ConfigError& wrong) {
+  return error(422, wrong.what());
+} catch (const std::exception& failed) {
+  spdlog::error("{} {}: {}", request.method, request.path, failed.what());
+  return error(500, system_words(failed));
+}
+
+Access& access_of(const Api& api) {
+  if (api.access == nullptr) throw NotFound("this daemon has no tokens");
+  return *api.access;
+}
+
+Answer with_clear_cell(Api& api, const Call& call, const std::function<Response()>& act) {
+  const bool afar = call.request.is_from_network();
+  const std::string& name = call.request.caller.name;
+  if (afar && !access_of(api).clearance().take(name)) {
+    refuse_while_under_way(api.service.status());
+    return error(
+        412,
+        "the cell is not confirmed as clear. Check that no person and nothing is in it, then "
+        "confirm: 'The cell is clear' on the page, or POST /v1/clear. It counts for 5 minutes and "
+        "one request");
+  }
+  try {
+    return act();
+  } catch (...) {
+    if (afar) access_of(api).clearance().put_back(name);
+    throw;
+  }
+}
+
+void keep_among_cells(const Api& api, const Request& request, const std::filesystem::path& cell) {
+  if (cell.empty()) return;
+  NetworkFiles cells{
+      "a cell file",
+      "Place it there, name its folder in cell_folders of [http], or use 'cellcal' on "
+      "the cell's computer",
+      api.cell_folders};
+  if (api.shelf != nullptr) cells.folders.push_back(api.shelf->folder());
+  keep_within(request, cell, cells);
+  if (request.is_from_network() && cell.extension() != ".toml")
+    throw RequestError("over the network a cell file's name must end in .toml");
+}
+
+bool Api::abort_session() {
+  if (access != nullptr) access->clearance().forget();
+  return service.abort();
+}
 
 json object_in(const std::string& body, std::initializer_list<const char*> known) {
   json object = calib::parse_json(body);
@@ -276,12 +300,6 @@ RunRequest run_request(const std::string& body) {
   return request;
 }
 
-namespace {
-
-constexpr std::size_t kLongestName = 100;
-
-}  // namespace
-
 std::string line_in(const nlohmann::json& body, const char* key, std::size_t longest) {
   const std::string text =
       body.contains(key) && body[key].is_string() ? body[key].get<std::string>() : "";
@@ -296,17 +314,6 @@ std::string author_of(const Request& request, const nlohmann::json& body) {
   if (!body.contains("by")) return request.caller.name;
   return fmt::format("{} ({})", line_in(body, "by", kLongestName), request.caller.name);
 }
-
-namespace {
-
-namespace fs = std::filesystem;
-
-bool is_link(const fs::path& path) {
-  std::error_code none;
-  return fs::is_symlink(path, none);
-}
-
-}  // namespace
 
 void keep_within(const Request& request, const fs::path& file, const NetworkFiles& allowed) {
   if (!request.is_from_network()) return;
@@ -323,95 +330,27 @@ void keep_within(const Request& request, const fs::path& file, const NetworkFile
                   allowed.what, places, allowed.instead));
 }
 
-std::span<const Api::Route> Api::routes() {
-  constexpr bool kSlow = true, kAtOnce = false;
-  // clang-format off
-  static constexpr Route kRoutes[] = {
-      {"GET",  "/v1/health",                         Role::kNone,    kAtOnce, &Api::health},
-      {"POST", "/v1/login",                          Role::kNone,    kAtOnce, &Api::log_in},
-      {"POST", "/v1/logout",                         Role::kNone,    kAtOnce, &Api::log_out},
-      {"GET",  "/v1/me",                             Role::kView,    kAtOnce, &Api::me},
-      {"GET",  "/metrics",                           Role::kView,    kSlow,   &Api::metrics},
-      {"GET",  "/v1/status",                         Role::kView,    kAtOnce, &Api::status},
-      {"GET",  "/v1/watch",                          Role::kView,    kAtOnce, &Api::watch},
-      {"GET",  "/v1/events",                         Role::kView,    kAtOnce, &Api::events},
-      {"POST", "/v1/run",                            Role::kOperate, kSlow,   &Api::run},
-      {"POST", "/v1/abort",                          Role::kOperate, kAtOnce, &Api::abort},
-      {"POST", "/v1/clear",                          Role::kOperate, kAtOnce, &Api::clear},
-      {"GET",  "/v1/schedule",                       Role::kView,    kSlow,   &Api::show_schedule},
-      {"POST", "/v1/schedule/begin",                 Role::kOperate, kSlow,   &Api::begin_scheduled},
-      {"POST", "/v1/schedule/release",               Role::kOperate, kSlow,   &Api::release_schedule},
-      {"GET",  "/v1/tokens",                         Role::kAdminister, kSlow, &Api::tokens},
-      {"POST", "/v1/tokens",                         Role::kAdminister, kSlow, &Api::add_token},
-      {"DELETE", "/v1/tokens/{name}",                Role::kAdminister, kSlow, &Api::remove_token},
-      {"GET",  "/v1/sessions",                       Role::kView,    kSlow,   &Api::sessions},
-      {"GET",  "/v1/sessions/{id}",                  Role::kView,    kSlow,   &Api::session},
-      {"GET",  "/v1/sessions/{id}/touches",          Role::kView,    kSlow,   &Api::session_touches},
-      {"GET",  "/v1/sessions/{id}/events",           Role::kView,    kSlow,   &Api::session_events},
-      {"GET",  "/v1/sessions/{id}/plan",             Role::kView,    kSlow,   &Api::plan},
-      {"GET",  "/v1/sessions/{id}/figures",          Role::kView,    kSlow,   &Api::figures},
-      {"GET",  "/v1/sessions/{id}/plots",            Role::kView,    kSlow,   &Api::plots},
-      {"GET",  "/v1/scene",                          Role::kView,    kSlow,   &Api::scene},
-      {"GET",  "/v1/drift",                          Role::kView,    kSlow,   &Api::drift},
-      {"GET",  "/v1/readiness",                      Role::kView,    kSlow,   &Api::readiness},
-      {"GET",  "/v1/doctor",                         Role::kView,    kAtOnce, &Api::doctor},
-      {"POST", "/v1/doctor",                         Role::kOperate, kSlow,   &Api::examine},
-      {"POST", "/v1/doctor/result",                  Role::kOperate, kSlow,   &Api::adopt_examination},
-      {"GET",  "/v1/cell-form",                      Role::kOperate, kSlow,   &Api::show_cell_form},
-      {"POST", "/v1/cell-form",                      Role::kOperate, kSlow,   &Api::write_cell},
-      {"POST", "/v1/cell-form/lists",                Role::kOperate, kSlow,   &Api::read_cell_lists},
-      {"POST", "/v1/cell-form/robot",                Role::kOperate, kSlow,   &Api::import_robot},
-      {"POST", "/v1/cell-form/mesh",                 Role::kOperate, kSlow,   &Api::keep_mesh},
-      {"POST", "/v1/cell-form/read",                 Role::kOperate, kSlow,   &Api::read_cell_file},
-      {"POST", "/v1/cell-form/scene",                Role::kOperate, kSlow,   &Api::draw_cell_form},
-      {"POST", "/v1/cell-form/places",               Role::kOperate, kSlow,   &Api::suggest_places_of_form},
-      {"GET",  "/v1/sessions/{id}/touches.csv",      Role::kView,    kSlow,   &Api::touches_csv},
-      {"GET",  "/v1/sessions/{id}/calibration.json", Role::kView,    kSlow,   &Api::calibration},
-      {"GET",  "/v1/sessions/{id}/found.json", Role::kView,  kSlow,   &Api::found},
-      {"GET",  "/v1/sessions/{id}/qualification.json", Role::kView,  kSlow,   &Api::qualification},
-      {"GET",  "/v1/sessions/{id}/check.json",       Role::kView,    kSlow,   &Api::check},
-      {"GET",  "/v1/sessions/{id}/report.html",      Role::kView,    kSlow,   &Api::report},
-      {"GET",  "/v1/sessions/{id}/export",           Role::kView,    kSlow,   &Api::export_session},
-      {"POST", "/v1/sessions/{id}/certificate",      Role::kOperate, kSlow,   &Api::report_certificate},
-      {"GET",  "/v1/versions",                       Role::kView,    kSlow,   &Api::show_versions},
-      {"GET",  "/v1/versions/compare",               Role::kView,    kSlow,   &Api::compare_versions},
-      {"POST", "/v1/versions/activate",              Role::kOperate, kSlow,   &Api::activate_version},
-      {"POST", "/v1/versions/roll-back",             Role::kOperate, kSlow,   &Api::roll_back_version},
-      {"POST", "/v1/position",                       Role::kOperate, kSlow,   &Api::read_position},
-      {"GET",  "/v1/frames",                         Role::kView,    kSlow,   &Api::show_frames},
-      {"POST", "/v1/frames",                         Role::kAdminister, kSlow, &Api::set_frame},
-      {"POST", "/v1/frames/read",                    Role::kAdminister, kSlow, &Api::read_frame},
-      {"POST", "/v1/frames/restore",                 Role::kAdminister, kSlow, &Api::restore_frame},
-      {"GET",  "/v1/plant",                          Role::kView,    kSlow,   &Api::show_plant},
-      {"GET",  "/v1/proposals",                      Role::kView,    kSlow,   &Api::show_proposals},
-      {"POST", "/v1/proposals/{id}/accept",          Role::kOperate, kSlow,   &Api::accept_proposal},
-      {"POST", "/v1/proposals/{id}/refuse",          Role::kOperate, kSlow,   &Api::refuse_proposal},
-      {"POST", "/v1/import",                         Role::kAdminister, kSlow, &Api::import_session},
-      {"POST", "/v1/backup",                         Role::kAdminister, kSlow, &Api::back_up},
-      {"POST", "/v1/retain",                         Role::kAdminister, kSlow, &Api::retain},
+const std::vector<Api::Route>& Api::routes() {
+  static constexpr Route kOwn[] = {
+      {"GET", "/v1/health", Role::kNone, kAtOnce, health},
+      {"GET", "/v1/me", Role::kView, kAtOnce, me},
+      {"GET", "/metrics", Role::kView, kSlow, metrics},
+      {"GET", "/v1/status", Role::kView, kAtOnce, status},
+      {"GET", "/v1/watch", Role::kView, kAtOnce, watch},
+      {"GET", "/v1/events", Role::kView, kAtOnce, events},
+      {"POST", "/v1/run", Role::kOperate, kSlow, run},
+      {"POST", "/v1/abort", Role::kOperate, kAtOnce, abort},
+      {"POST", "/v1/clear", Role::kOperate, kAtOnce, clear},
   };
-  // clang-format on
-  return kRoutes;
+  static const std::vector<Route> kAll = [] {
+    std::vector<Route> all(std::begin(kOwn), std::end(kOwn));
+    for (const auto& some : {token_routes(), session_routes(), drawing_routes(), version_routes(),
+                             plant_routes(), frame_routes(), cell_form_routes()})
+      all.insert(all.end(), some.begin(), some.end());
+    return all;
+  }();
+  return kAll;
 }
-
-namespace {
-
-/// Value of the pattern's segment in braces; none where the path does not match.
-std::optional<std::string_view> fits(std::string_view pattern, std::string_view path) {
-  const std::size_t open = pattern.find('{');
-  if (open == std::string_view::npos) {
-    return pattern == path ? std::optional(std::string_view()) : std::nullopt;
-  }
-  const std::string_view before = pattern.substr(0, open);
-  const std::string_view behind = pattern.substr(pattern.find('}') + 1);
-  if (!path.starts_with(before)) return std::nullopt;
-  path.remove_prefix(before.size());
-  const std::string_view variable = path.substr(0, path.find('/'));
-  if (variable.empty() || path.substr(variable.size()) != behind) return std::nullopt;
-  return variable;
-}
-
-}  // namespace
 
 Match match(const Request& request) {
   Match found;

@@ -11,7 +11,6 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "calib/result/calibration.h"
@@ -30,7 +29,6 @@ namespace cellcal::daemon {
 
 class Access;
 class CellFileStore;
-struct CellForm;
 class Examiner;
 class FrameStation;
 class Schedule;
@@ -38,35 +36,16 @@ namespace plant {
 class ProposalBox;
 }
 
-class Api {
- public:
+struct Api {
   /// Web page, for paths outside /v1. Contains no data of the cell.
   using Page = std::function<std::optional<Response>(const Request&)>;
+  /// Current position of the arm.
+  using ReadPosition = std::function<drivers::EkiPosition()>;
+
   /// Without `access` there are no tokens: over the network only public resources are served. Without
   /// `examiner` the daemon has no doctor.
   explicit Api(SessionService& service, Journal& journal, Access* access = nullptr, Page page = {},
                Examiner* examiner = nullptr);
-
-  /// To be called before the first request; the argument outlives this object.
-  void use(Schedule& schedule) { schedule_ = &schedule; }
-  void use(plant::ProposalBox& proposals) { proposals_ = &proposals; }
-  void use(FrameStation& frames) { frames_ = &frames; }
-  void use(const CellFileStore& shelf) { shelf_ = &shelf; }
-  /// Status of the connection to the plant; none: no plant is configured. Thread-safe.
-  using PlantLineStatus = std::function<std::optional<plant::LinesStatus>()>;
-  void use(PlantLineStatus line) { plant_line_ = std::move(line); }
-  /// Result of the checks, as acknowledged by the controller. Thread-safe.
-  void use(std::function<AdviceStatus()> advice) { advice_ = std::move(advice); }
-  /// Current position of the arm, from a controller that reports it outside of sessions; null: not supported.
-  /// Thread-safe.
-  using ReadPosition = std::function<drivers::EkiPosition()>;
-  void use(std::function<ReadPosition()> position) { position_ = std::move(position); }
-  /// Current [retention] settings. Thread-safe.
-  void use(std::function<RetentionRule()> retention) { retention_ = std::move(retention); }
-  /// Folders of cell files that may be named over the network, besides those created here.
-  void use(std::vector<std::filesystem::path> cell_folders) {
-    cell_folders_ = std::move(cell_folders);
-  }
 
   /// Identifies the caller, or returns the refusal. Does not block.
   std::optional<Response> admit_local(Request& request) const;
@@ -97,119 +76,63 @@ class Api {
     const char* path;  ///< at most one segment in braces
     Role role;         ///< minimum role
     bool slow;
-    std::optional<Response> (Api::*answer)(const Call& call);
+    std::optional<Response> (*answer)(Api& api, const Call& call);
   };
-  static std::span<const Route> routes();
+  static const std::vector<Route>& routes();
 
- private:
-  std::optional<Response> health(const Call& call);
-  std::optional<Response> me(const Call& call);
-  std::optional<Response> status(const Call& call);
-  std::optional<Response> watch(const Call& call);
-  std::optional<Response> events(const Call& call);
-  std::optional<Response> log_in(const Call& call);
-  std::optional<Response> log_out(const Call& call);
-  std::optional<Response> clear(const Call& call);
-  std::optional<Response> tokens(const Call& call);
-  std::optional<Response> add_token(const Call& call);
-  std::optional<Response> remove_token(const Call& call);
-  std::optional<Response> run(const Call& call);
-  /// Wraps actions that may cause motion. Over the network they consume the caller's confirmation that the
-  /// cell is clear; 412 without.
-  std::optional<Response> with_clear_cell(const Call& call, const std::function<Response()>& act);
-  std::optional<Response> abort(const Call& call);
-  std::optional<Response> sessions(const Call& call);
-  std::optional<Response> session(const Call& call);
-  std::optional<Response> session_touches(const Call& call);
-  std::optional<Response> session_events(const Call& call);
-  std::optional<Response> touches_csv(const Call& call);
-  std::optional<Response> calibration(const Call& call);
-  std::optional<Response> qualification(const Call& call);
-  std::optional<Response> found(const Call& call);
-  std::optional<Response> check(const Call& call);
-  std::optional<Response> report(const Call& call);
-  // Export and import of sessions, and backup of the journal (session_handlers.cc).
-  std::optional<Response> export_session(const Call& call);
-  std::optional<Response> import_session(const Call& call);
-  std::optional<Response> back_up(const Call& call);
-  std::optional<Response> retain(const Call& call);
-  // Published calibrations as versions (version_handlers.cc).
-  std::optional<Response> show_versions(const Call& call);
-  std::optional<Response> compare_versions(const Call& call);
-  std::optional<Response> activate_version(const Call& call);
-  std::optional<Response> roll_back_version(const Call& call);
-  // Frames on the controller (frame_handlers.cc).
-  std::optional<Response> show_frames(const Call& call);
-  std::optional<Response> read_frame(const Call& call);
-  std::optional<Response> set_frame(const Call& call);
-  std::optional<Response> restore_frame(const Call& call);
-  FrameStation& frames();
-  // Position reached by jogging (frame_handlers.cc).
-  std::optional<Response> read_position(const Call& call);
-  // Creation of cell files over the network (cell_form_handlers.cc).
-  std::optional<Response> show_cell_form(const Call& call);
-  std::optional<Response> read_cell_lists(const Call& call);
-  std::optional<Response> import_robot(const Call& call);
-  std::optional<Response> write_cell(const Call& call);
-  std::optional<Response> keep_mesh(const Call& call);
-  std::optional<Response> read_cell_file(const Call& call);
-  std::optional<Response> draw_cell_form(const Call& call);
-  std::optional<Response> suggest_places_of_form(const Call& call);
-  CellForm unfinished_form(const Call& call);
-  const CellFileStore& shelf();
-  /// Throws RequestError where a network request names a file outside the permitted folders; an empty name
-  /// passes.
-  void keep_among_cells(const Request& request, const std::filesystem::path& cell) const;
-  // Unattended sessions (plant_handlers.cc).
-  std::optional<Response> show_schedule(const Call& call);
-  std::optional<Response> begin_scheduled(const Call& call);
-  std::optional<Response> release_schedule(const Call& call);
-  Schedule& schedule();
-  // Proposals of the plant (plant_handlers.cc).
-  std::optional<Response> show_plant(const Call& call);
-  std::optional<Response> report_certificate(const Call& call);
-  std::optional<Response> show_proposals(const Call& call);
-  std::optional<Response> accept_proposal(const Call& call);
-  std::optional<Response> refuse_proposal(const Call& call);
-  plant::ProposalBox& proposals();
-  // Data of the page's drawings (page_data.cc).
-  std::optional<Response> scene(const Call& call);
-  std::optional<Response> drift(const Call& call);
-  std::optional<Response> plan(const Call& call);
-  std::optional<Response> figures(const Call& call);
-  std::optional<Response> plots(const Call& call);
-  // Readiness steps, and the doctor within the daemon (version_handlers.cc).
-  std::optional<Response> readiness(const Call& call);
-  std::optional<Response> doctor(const Call& call);
-  std::optional<Response> examine(const Call& call);
-  std::optional<Response> adopt_examination(const Call& call);
-  Examiner& examiner();
-  Access& access();
-  std::optional<Response> metrics(const Call& call);
-  /// Throws NotFound.
-  SessionRecord find(const Call& call);
-  /// A result as the journal has it; throws NotFound where the session is of another kind or has none.
-  Response document(const Call& call, std::string SessionRecord::*text, SessionKind kind);
+  SessionService& service;
+  Journal& journal;
+  Access* access;
+  Page page;
+  Examiner* examiner;
 
-  SessionService& service_;
-  Journal& journal_;
-  std::mutex certificates_;  ///< serialises lookup and notification of certificates
-  Access* access_;
-  Schedule* schedule_ = nullptr;
-  FrameStation* frames_ = nullptr;
-  const CellFileStore* shelf_ = nullptr;
-  plant::ProposalBox* proposals_ = nullptr;
-  PlantLineStatus plant_line_;
-  std::function<AdviceStatus()> advice_;
-  std::function<ReadPosition()> position_;
-  std::function<RetentionRule()> retention_;
-  std::vector<std::filesystem::path> cell_folders_;
-  Page page_;
-  Examiner* examiner_;
-  DriftWatch drift_watch_;
+  // To be set before the first request; what they point to outlives this object. Functions are thread-safe.
+  Schedule* schedule = nullptr;
+  FrameStation* frames = nullptr;
+  const CellFileStore* shelf = nullptr;
+  plant::ProposalBox* proposals = nullptr;
+  /// Status of the connection to the plant; none: no plant is configured.
+  std::function<std::optional<plant::LinesStatus>()> plant_line;
+  /// Result of the checks, as acknowledged by the controller.
+  std::function<AdviceStatus()> advice;
+  /// From a controller that reports the position outside of sessions; null: not supported.
+  std::function<ReadPosition()> position;
+  /// Current [retention] settings.
+  std::function<RetentionRule()> retention;
+  /// Folders of cell files that may be named over the network, besides those created here.
+  std::vector<std::filesystem::path> cell_folders;
+
+  std::mutex certificates;  ///< serialises lookup and notification of certificates
+  DriftWatch drift_watch;
   /// One per listener thread, so that neither waits for the other.
-  EventFeed local_feed_, network_feed_;
+  EventFeed local_feed, network_feed;
 };
+
+// Handlers, in the file of each table of routes.
+
+using Call = Api::Call;
+using Answer = std::optional<Response>;
+inline constexpr bool kSlow = true, kAtOnce = false;
+
+std::span<const Api::Route> token_routes();
+std::span<const Api::Route> session_routes();
+std::span<const Api::Route> drawing_routes();
+std::span<const Api::Route> version_routes();
+std::span<const Api::Route> plant_routes();
+std::span<const Api::Route> frame_routes();
+std::span<const Api::Route> cell_form_routes();
+Answer metrics(Api& api, const Call& call);
+
+/// Throws NotFound where the daemon has no tokens.
+Access& access_of(const Api& api);
+/// Throws NotFound.
+SessionRecord find_session(Api& api, const Call& call);
+/// Wraps actions that may cause motion. Over the network they consume the caller's confirmation that the
+/// cell is clear; 412 without.
+Answer with_clear_cell(Api& api, const Call& call, const std::function<Response()>& act);
+/// Throws RequestError where a network request names a file outside the permitted folders; an empty name
+/// passes.
+void keep_among_cells(const Api& api, const Request& request, const std::filesystem::path& cell);
 
 // Request body of POST /v1/run.
 

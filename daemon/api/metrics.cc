@@ -237,24 +237,24 @@ std::string metrics_text(const plant::LineStatus& line, const OutboxCount& outbo
   return std::move(out).text();
 }
 
-std::optional<Response> Api::metrics(const Call&) {
-  std::vector<SessionRecord> sessions = journal_.sessions();
+Answer metrics(Api& api, const Call&) {
+  std::vector<SessionRecord> sessions = api.journal.sessions();
   // Imported ones may be of another arm.
   std::erase_if(sessions, [](const SessionRecord& one) { return one.origin.has_value(); });
-  const auto newest = newest_result(journal_, sessions);
-  const auto used = in_use(journal_, "");
+  const auto newest = newest_result(api.journal, sessions);
+  const auto used = in_use(api.journal, "");
   std::shared_ptr<const Drift> drift;
   try {
-    drift = drift_watch_.evaluate();
+    drift = api.drift_watch.evaluate();
   } catch (const NotUsable& damaged) {
     spdlog::debug("metrics without drift: {}", damaged.what());
   }
   std::string text =
-      metrics_text(service_.status(), sessions, newest ? &*newest : nullptr,
+      metrics_text(api.service.status(), sessions, newest ? &*newest : nullptr,
                    used && used->calibration ? &used->calibration->calibration : nullptr,
                    drift ? &drift->chart : nullptr);
-  if (const auto line = plant_line_ ? plant_line_() : std::nullopt)
-    text += metrics_text(line->facts, journal_.outbox());
+  if (const auto line = api.plant_line ? api.plant_line() : std::nullopt)
+    text += metrics_text(line->facts, api.journal.outbox());
   return Response{200, "text/plain; version=0.0.4; charset=utf-8", std::move(text)};
 }
 

@@ -54,38 +54,36 @@ std::optional<calib::Calibration> calibration_of(const SessionRecord& record) {
   }
 }
 
-}  // namespace
-
-std::optional<Response> Api::scene(const Call& call) {
-  const std::int64_t id = session_asked_for(call.request, service_.status(), journal_);
-  const auto record = id > 0 ? journal_.session(id) : std::nullopt;
+Answer scene(Api& api, const Call& call) {
+  const std::int64_t id = session_asked_for(call.request, api.service.status(), api.journal);
+  const auto record = id > 0 ? api.journal.session(id) : std::nullopt;
   if (!record) throw NotFound("no such session, so no cell to draw. Start one: cellcal run");
   return Response{.body = web::scene_to_json(id, drawn_cell(record->inputs))};
 }
 
 /// For the cell of `?session=N`, otherwise of the newest session with a result.
-std::optional<Response> Api::drift(const Call& call) {
+Answer drift(Api& api, const Call& call) {
   const auto id = whole_number_in(call.request, "session");
-  const auto asked = id ? journal_.session(*id) : std::nullopt;
-  const auto calibration = [this](std::int64_t session) {
-    const auto record = journal_.session(session);
+  const auto asked = id ? api.journal.session(*id) : std::nullopt;
+  const auto calibration = [&api](std::int64_t session) {
+    const auto record = api.journal.session(session);
     return record ? calibration_of(*record) : std::nullopt;
   };
-  std::vector<SessionRecord> sessions = journal_.sessions();
+  std::vector<SessionRecord> sessions = api.journal.sessions();
   // An imported session may name the same path for another cell.
   std::erase_if(sessions, [](const SessionRecord& record) {
     return record.origin.has_value() || !record.has_calibration;
   });
   const std::string cell = asked ? asked->inputs.cell_name : "";
-  const auto checks = drift_watch_.evaluate(cell);
+  const auto checks = api.drift_watch.evaluate(cell);
   return Response{.body = web::drift_to_json(sessions, cell, calibration, checks.get(),
-                                             advice_ ? advice_() : AdviceStatus(),
+                                             api.advice ? api.advice() : AdviceStatus(),
                                              language_in(call.request))};
 }
 
-std::optional<Response> Api::plan(const Call& call) {
-  const SessionRecord record = find(call);
-  const CurrentPlan current_index = service_.plan();
+Answer plan(Api& api, const Call& call) {
+  const SessionRecord record = find_session(api, call);
+  const CurrentPlan current_index = api.service.plan();
   if (current_index.session != record.id || current_index.plan == nullptr) {
     throw NotFound("the plan of session " + std::to_string(record.id) +
                    " is not in memory: it is kept while the session is the newest of this daemon");
@@ -94,15 +92,27 @@ std::optional<Response> Api::plan(const Call& call) {
                                             cell_of(record.inputs))};
 }
 
-std::optional<Response> Api::figures(const Call& call) {
-  const SessionRecord record = find(call);
+Answer figures(Api& api, const Call& call) {
+  const SessionRecord record = find_session(api, call);
   const auto calibration = calibration_of(record);
   std::map<std::size_t, web::FigureOfTouch> made;
-  for (const auto& touch : service_.made(record.id))
+  for (const auto& touch : api.service.made(record.id))
     made[touch->index] = {touch->residual_m, touch->u95_m};
   return Response{.body = web::figures_to_json(
-                      record, cell_of(record.inputs), journal_.touches(record.id),
+                      record, cell_of(record.inputs), api.journal.touches(record.id),
                       calibration ? &*calibration : nullptr, made, language_in(call.request))};
+}
+
+}  // namespace
+
+std::span<const Api::Route> drawing_routes() {
+  static constexpr Api::Route kRoutes[] = {
+      {"GET", "/v1/scene", Role::kView, kSlow, scene},
+      {"GET", "/v1/drift", Role::kView, kSlow, drift},
+      {"GET", "/v1/sessions/{id}/plan", Role::kView, kSlow, plan},
+      {"GET", "/v1/sessions/{id}/figures", Role::kView, kSlow, figures},
+  };
+  return kRoutes;
 }
 
 }  // namespace cellcal::daemon
@@ -249,34 +259,6 @@ json result_to_json(const calib::Calibration& found, const calib::Language& lang
           {"nominal_workspace_u_mm", number(found.nominal_workspace_u_m, kMmPerM)}};
 }
 
-}  // namespace
-
-std::optional<double> residual_m(const calib::Calibration& calibration, const calib::Touch& touch) {
-  return FoundArm(calibration).residual_m(touch);
-}
-
-std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell,
-                            const std::vector<calib::Touch>& touches,
-                            const calib::Calibration* calibration,
-                            const std::map<std::size_t, FigureOfTouch>& made,
-                            const calib::Language& language) {
-  const calib::ArmModel nominal(cell);
-  std::optional<FoundArm> found;
-  if (calibration != nullptr) found.emplace(*calibration);
-  json list = json::array();
-  for (std::size_t i = 0; i < touches.size(); ++i)
-    list.push_back(touch_to_json(i, touches[i], nominal, found,
-                                 made.contains(i) ? made.at(i) : FigureOfTouch()));
-  return dump({{"session", record.id},
-               {"state", to_string(record.state)},
-               {"outcome", outcome_with_words(record.outcome, language)},
-               {"touches", std::move(list)},
-               {"result",
-                calibration == nullptr ? json(nullptr) : result_to_json(*calibration, language)}});
-}
-
-namespace {
-
 Eigen::Isometry3d after_turn(const calib::Joint& joint) {
   using Eigen::AngleAxisd, Eigen::Vector3d;
   Eigen::Isometry3d fixed = Eigen::Isometry3d::Identity();
@@ -415,95 +397,16 @@ json tool_to_json(const calib::Tool& tool) {
           {"tip_radius_mm", number(std::max(tool.slim_radius_m, tool.tip_radius_m), kMmPerM)}};
 }
 
-}  // namespace
-
-std::string scene_to_json(std::int64_t session, const calib::Cell& cell) {
-  const Eigen::Vector3d up = calib::up_of(cell.robot);
-  const calib::Cell still =
-      calib::at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
-  json value{{"session", session},
-             {"robot", cell.robot.name},
-             {"base", frame(cell.robot.base_fixed)},
-             {"joints", joints_to_json(cell.robot)},
-             {"flange", frame(cell.robot.flange_fixed)},
-             {"tool", tool_to_json(cell.tool)},
-             {"targets", targets_to_json(cell, still)},
-             {"stands", stands_to_json(cell, still)},
-             {"obstacles", obstacles_to_json(cell, still)},
-             {"up", {up.x(), up.y(), up.z()}},
-             {"floor_mm", cell.floor_m ? number(*cell.floor_m, kMmPerM) : json(nullptr)}};
-  if (!cell.robot.positioner.empty()) value["positioner"] = positioner_to_json(cell.robot);
-  return dump(value);
-}
-
-namespace {
-
 json way_to_json(const calib::PlannedTouch& touch, const calib::Robot& robot) {
   json way = json::array();
   for (const calib::JointVector& corner : touch.transit) way.push_back(shown_joints(corner, robot));
   return way;
 }
 
-}  // namespace
-
-std::string plan_to_json(std::int64_t session, std::size_t first, const calib::Plan& plan,
-                         const calib::Cell& cell) {
-  const calib::ArmModel arm(cell);
-  json touches = json::array();
-  for (std::size_t i = 0; i < plan.touches.size(); ++i) {
-    const calib::PlannedTouch& touch = plan.touches[i];
-    const Eigen::Vector3d tip = arm.nominal_tip_m(touch.standoff) - touch.expected_m * touch.normal;
-    touches.push_back({{"index", first + i},
-                       {"target", touch.target},
-                       {"set", to_string(touch.set)},
-                       {"way_deg", way_to_json(touch, cell.robot)},
-                       {"joints_deg", shown_joints(touch.standoff, cell.robot)},
-                       {"tip_mm", mm(tip)}});
-    add_positioner(touch.positioner_rad, touches.back());
-  }
-  return dump({{"session", session}, {"touches", std::move(touches)}});
-}
-
-namespace {
-
 /// 1 nm and 1e-7 deg: invisible rounding that halves the size.
 constexpr double kDigits = 1e6;
 
 double rounded(double value) { return std::round(value * kDigits) / kDigits; }
-
-}  // namespace
-
-json number(double value, double factor) {
-  if (!std::isfinite(value * factor)) return nullptr;
-  return rounded(value * factor);
-}
-
-json mm(const Eigen::Vector3d& point_m) {
-  json list = json::array();
-  for (const double value : point_m) list.push_back(number(value, calib::kMmPerM));
-  return list;
-}
-
-json frame(const Eigen::Isometry3d& frame) {
-  json list = json::array();
-  for (int row = 0; row < 3; ++row) {
-    // Direction components are dimensionless and not converted.
-    for (int column = 0; column < 3; ++column) list.push_back(frame.linear()(row, column));
-    list.push_back(number(frame.translation()[row], calib::kMmPerM));
-  }
-  return list;
-}
-
-json shown_joints(const calib::JointVector& joint_rad, const calib::Robot& robot) {
-  json list = json::array();
-  for (std::size_t i = 0; i < joint_rad.size(); ++i)
-    list.push_back(number(joint_rad[i], i < robot.joints.size()
-                                            ? calib::unit_of(robot.joints[i]).per_si
-                                            : calib::kDegPerRad));
-  return list;
-}
-
-namespace {
 
 /// With 1 sigma.
 json zeros_to_json(const calib::Calibration& found) {
@@ -553,6 +456,97 @@ json acknowledged_to_json(const AdviceStatus& controller) {
 }
 
 }  // namespace
+
+std::optional<double> residual_m(const calib::Calibration& calibration, const calib::Touch& touch) {
+  return FoundArm(calibration).residual_m(touch);
+}
+
+std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell,
+                            const std::vector<calib::Touch>& touches,
+                            const calib::Calibration* calibration,
+                            const std::map<std::size_t, FigureOfTouch>& made,
+                            const calib::Language& language) {
+  const calib::ArmModel nominal(cell);
+  std::optional<FoundArm> found;
+  if (calibration != nullptr) found.emplace(*calibration);
+  json list = json::array();
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    list.push_back(touch_to_json(i, touches[i], nominal, found,
+                                 made.contains(i) ? made.at(i) : FigureOfTouch()));
+  return dump({{"session", record.id},
+               {"state", to_string(record.state)},
+               {"outcome", outcome_with_words(record.outcome, language)},
+               {"touches", std::move(list)},
+               {"result",
+                calibration == nullptr ? json(nullptr) : result_to_json(*calibration, language)}});
+}
+
+std::string scene_to_json(std::int64_t session, const calib::Cell& cell) {
+  const Eigen::Vector3d up = calib::up_of(cell.robot);
+  const calib::Cell still =
+      calib::at_setting(cell, std::vector<double>(cell.robot.positioner.size(), 0.0));
+  json value{{"session", session},
+             {"robot", cell.robot.name},
+             {"base", frame(cell.robot.base_fixed)},
+             {"joints", joints_to_json(cell.robot)},
+             {"flange", frame(cell.robot.flange_fixed)},
+             {"tool", tool_to_json(cell.tool)},
+             {"targets", targets_to_json(cell, still)},
+             {"stands", stands_to_json(cell, still)},
+             {"obstacles", obstacles_to_json(cell, still)},
+             {"up", {up.x(), up.y(), up.z()}},
+             {"floor_mm", cell.floor_m ? number(*cell.floor_m, kMmPerM) : json(nullptr)}};
+  if (!cell.robot.positioner.empty()) value["positioner"] = positioner_to_json(cell.robot);
+  return dump(value);
+}
+
+std::string plan_to_json(std::int64_t session, std::size_t first, const calib::Plan& plan,
+                         const calib::Cell& cell) {
+  const calib::ArmModel arm(cell);
+  json touches = json::array();
+  for (std::size_t i = 0; i < plan.touches.size(); ++i) {
+    const calib::PlannedTouch& touch = plan.touches[i];
+    const Eigen::Vector3d tip = arm.nominal_tip_m(touch.standoff) - touch.expected_m * touch.normal;
+    touches.push_back({{"index", first + i},
+                       {"target", touch.target},
+                       {"set", to_string(touch.set)},
+                       {"way_deg", way_to_json(touch, cell.robot)},
+                       {"joints_deg", shown_joints(touch.standoff, cell.robot)},
+                       {"tip_mm", mm(tip)}});
+    add_positioner(touch.positioner_rad, touches.back());
+  }
+  return dump({{"session", session}, {"touches", std::move(touches)}});
+}
+
+json number(double value, double factor) {
+  if (!std::isfinite(value * factor)) return nullptr;
+  return rounded(value * factor);
+}
+
+json mm(const Eigen::Vector3d& point_m) {
+  json list = json::array();
+  for (const double value : point_m) list.push_back(number(value, calib::kMmPerM));
+  return list;
+}
+
+json frame(const Eigen::Isometry3d& frame) {
+  json list = json::array();
+  for (int row = 0; row < 3; ++row) {
+    // Direction components are dimensionless and not converted.
+    for (int column = 0; column < 3; ++column) list.push_back(frame.linear()(row, column));
+    list.push_back(number(frame.translation()[row], calib::kMmPerM));
+  }
+  return list;
+}
+
+json shown_joints(const calib::JointVector& joint_rad, const calib::Robot& robot) {
+  json list = json::array();
+  for (std::size_t i = 0; i < joint_rad.size(); ++i)
+    list.push_back(number(joint_rad[i], i < robot.joints.size()
+                                            ? calib::unit_of(robot.joints[i]).per_si
+                                            : calib::kDegPerRad));
+  return list;
+}
 
 std::string drift_to_json(
     const std::vector<SessionRecord>& newest_first, std::string cell,

@@ -54,13 +54,11 @@ nlohmann::json sparkplug_json(const std::optional<plant::LineStatus>& line) {
           {"sent", line->acknowledged}};
 }
 
-}  // namespace
-
-std::optional<Response> Api::show_plant(const Call&) {
-  const auto lines = plant_line_ ? plant_line_() : std::nullopt;
+Answer show_plant(Api& api, const Call&) {
+  const auto lines = api.plant_line ? api.plant_line() : std::nullopt;
   if (!lines) throw NotFound("no plant is named: [plant] in cellcald.toml");
   const plant::LineStatus& line = lines->facts;
-  const OutboxCount count = journal_.outbox();
+  const OutboxCount count = api.journal.outbox();
   return Response{.body = dump({{"connected", line.connected},
                                 {"since", line.since},
                                 {"problem", to_string(line.problem)},
@@ -80,9 +78,10 @@ std::optional<Response> Api::show_plant(const Call&) {
 
 /// Reports each content once. The certificate has to match this journal's calibration and the sums of its
 /// files; the signature is checked by those who verify it.
-std::optional<Response> Api::report_certificate(const Call& call) {
-  const SessionRecord session = find(call);
-  if (!plant_line_ || !plant_line_()) throw NotFound("no plant is named: [plant] in cellcald.toml");
+Answer report_certificate(Api& api, const Call& call) {
+  const SessionRecord session = find_session(api, call);
+  if (!api.plant_line || !api.plant_line())
+    throw NotFound("no plant is named: [plant] in cellcald.toml");
   plant::FactBody body;
   try {
     body = plant::body_from_json("certificate", call.request.body);
@@ -99,13 +98,13 @@ std::optional<Response> Api::report_certificate(const Call& call) {
                                           options_from_json(session.inputs.options).emulated))
     throw RequestError(fmt::format("certificate {} is not of session {}'s calibration",
                                    printable(number), session.id));
-  const std::string line = journal_.outbox().source + " " + content_of(call.request.body) + "\n";
-  const std::filesystem::path file = service_.results_dir(session.id) / kReportedFile;
-  const std::lock_guard one(certificates_);
+  const std::string line = api.journal.outbox().source + " " + content_of(call.request.body) + "\n";
+  const std::filesystem::path file = api.service.results_dir(session.id) / kReportedFile;
+  const std::lock_guard one(api.certificates);
   const std::string reported = lines_of(file);
   if (reported.find(line) != std::string::npos)
     return Response{200, "application/json", dump({{"certificate", number}})};
-  journal_.report(session.id, plant::report_of(body));
+  api.journal.report(session.id, plant::report_of(body));
   try {
     std::filesystem::create_directories(file.parent_path());
     write_atomically(file, reported + line);
@@ -118,8 +117,6 @@ std::optional<Response> Api::report_certificate(const Call& call) {
 }
 
 // Proposals of the plant to this cell, and the answers. No handler here starts a session.
-
-namespace {
 
 using nlohmann::json;
 using plant::StoredProposal, plant::NotDecided, plant::ProposalKind, plant::Stand;
@@ -169,46 +166,43 @@ auto decided(Act act) {
   }
 }
 
-}  // namespace
-
-plant::ProposalBox& Api::proposals() {
-  if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
+plant::ProposalBox& proposals_of(const Api& api) {
+  if (api.proposals == nullptr || (api.plant_line && !api.plant_line()))
     throw NotFound("no plant is configured. Set [plant] in cellcald.toml and restart cellcald");
-  return *proposals_;
+  return *api.proposals;
 }
 
 /// Empty for a cell without a plant.
-std::optional<Response> Api::show_proposals(const Call&) {
+Answer show_proposals(Api& api, const Call&) {
   json list = json::array();
-  if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
+  if (api.proposals == nullptr || (api.plant_line && !api.plant_line()))
     return Response{
         .body = dump({{"problem", nullptr}, {"dropped", 0}, {"proposals", std::move(list)}})};
-  for (const StoredProposal& one : proposals().all()) list.push_back(to_json(one, proposals()));
-  return Response{.body = dump({{"problem", text_or_null(proposals().problem())},
-                                {"dropped", proposals().dropped()},
+  for (const StoredProposal& one : proposals_of(api).all())
+    list.push_back(to_json(one, proposals_of(api)));
+  return Response{.body = dump({{"problem", text_or_null(proposals_of(api).problem())},
+                                {"dropped", proposals_of(api).dropped()},
                                 {"proposals", std::move(list)}})};
 }
 
-std::optional<Response> Api::accept_proposal(const Call& call) {
+Answer accept_proposal(Api& api, const Call& call) {
   const plant::Say say = decision_note_in(call.request, false);
   const StoredProposal kept =
-      decided([&] { return proposals().accept(std::string(call.variable), say); });
+      decided([&] { return proposals_of(api).accept(std::string(call.variable), say); });
   spdlog::info("proposal {} of {} accepted by {}", kept.proposal.id, kept.proposal.by, say.by);
-  return Response{.body = dump(to_json(kept, proposals()))};
+  return Response{.body = dump(to_json(kept, proposals_of(api)))};
 }
 
-std::optional<Response> Api::refuse_proposal(const Call& call) {
+Answer refuse_proposal(Api& api, const Call& call) {
   const plant::Say say = decision_note_in(call.request, true);
   const StoredProposal kept =
-      decided([&] { return proposals().refuse(std::string(call.variable), say); });
+      decided([&] { return proposals_of(api).refuse(std::string(call.variable), say); });
   spdlog::info("proposal {} of {} refused by {}: {}", kept.proposal.id, kept.proposal.by, say.by,
                say.reason);
-  return Response{.body = dump(to_json(kept, proposals()))};
+  return Response{.body = dump(to_json(kept, proposals_of(api)))};
 }
 
 // Unattended sessions and their times.
-
-namespace {
 
 json to_json(const Decision& d, const calib::Language& language) {
   return {{"at", local_time(d.at)},    {"utc_s", d.at},
@@ -236,16 +230,14 @@ json to_json(const SchedulePicture::Entry& entry, const calib::Language& languag
           {"last", entry.last ? to_json(*entry.last, language) : json(nullptr)}};
 }
 
-}  // namespace
-
-Schedule& Api::schedule() {
-  if (schedule_ == nullptr) throw NotFound("this daemon has no schedule");
-  return *schedule_;
+Schedule& schedule_of(const Api& api) {
+  if (api.schedule == nullptr) throw NotFound("this daemon has no schedule");
+  return *api.schedule;
 }
 
-std::optional<Response> Api::show_schedule(const Call& call) {
+Answer show_schedule(Api& api, const Call& call) {
   const calib::Language language = language_in(call.request);
-  const SchedulePicture picture = schedule().picture();
+  const SchedulePicture picture = schedule_of(api).picture();
   json entries = json::array(), decisions = json::array();
   for (const auto& entry : picture.entries) entries.push_back(to_json(entry, language));
   for (const Decision& one : picture.decisions) decisions.push_back(to_json(one, language));
@@ -260,25 +252,41 @@ std::optional<Response> Api::show_schedule(const Call& call) {
                             {"decisions", std::move(decisions)}})};
 }
 
-std::optional<Response> Api::begin_scheduled(const Call& call) {
+Answer begin_scheduled(Api& api, const Call& call) {
   const json body = calib::parse_json(call.request.body);
   const bool fits =
       body.is_object() && body.size() == 1 && body.contains("name") && body["name"].is_string();
   if (!fits) throw BadRequest("the body must be {\"name\": \"a session of the schedule\"}");
-  return with_clear_cell(call, [&] {
-    const Decision decision = schedule().begin(body["name"]);
+  return with_clear_cell(api, call, [&] {
+    const Decision decision = schedule_of(api).begin(body["name"]);
     if (decision.verb != Verb::kBegun) throw BusyError(words(decision, language_in(call.request)));
     return Response{201, "application/json", dump({{"session", decision.session}})};
   });
 }
 
-std::optional<Response> Api::release_schedule(const Call& call) {
-  return with_clear_cell(call, [&] {
-    const Decision decision = schedule().release(call.request.caller.name);
+Answer release_schedule(Api& api, const Call& call) {
+  return with_clear_cell(api, call, [&] {
+    const Decision decision = schedule_of(api).release(call.request.caller.name);
     if (decision.verb != Verb::kReleased)
       throw BusyError(words(decision, language_in(call.request)));
     return Response{.body = dump(json::object())};
   });
+}
+
+}  // namespace
+
+std::span<const Api::Route> plant_routes() {
+  static constexpr Api::Route kRoutes[] = {
+      {"GET", "/v1/plant", Role::kView, kSlow, show_plant},
+      {"POST", "/v1/sessions/{id}/certificate", Role::kOperate, kSlow, report_certificate},
+      {"GET", "/v1/proposals", Role::kView, kSlow, show_proposals},
+      {"POST", "/v1/proposals/{id}/accept", Role::kOperate, kSlow, accept_proposal},
+      {"POST", "/v1/proposals/{id}/refuse", Role::kOperate, kSlow, refuse_proposal},
+      {"GET", "/v1/schedule", Role::kView, kSlow, show_schedule},
+      {"POST", "/v1/schedule/begin", Role::kOperate, kSlow, begin_scheduled},
+      {"POST", "/v1/schedule/release", Role::kOperate, kSlow, release_schedule},
+  };
+  return kRoutes;
 }
 
 }  // namespace cellcal::daemon

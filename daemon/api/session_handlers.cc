@@ -122,53 +122,42 @@ Part part_of(const Request& request, std::size_t count) {
   return part;
 }
 
-}  // namespace
-
-SessionRecord Api::find(const Call& call) {
-  const auto id = whole_number(call.variable);
-  auto record = id ? journal_.session(*id) : std::nullopt;
-  if (!record) {
-    throw NotFound("no session " + std::string(call.variable) + ". See 'cellcal history'");
-  }
-  return std::move(*record);
-}
-
-std::optional<Response> Api::sessions(const Call& call) {
+Answer sessions(Api& api, const Call& call) {
   const auto before = whole_number_in(call.request, "before");
   const bool whole = !call.request.query.contains("limit");
   const auto limit = whole ? std::size_t(-1) : static_cast<std::size_t>(page_size(call.request, 0));
   const calib::Language language = language_in(call.request);
   json list = json::array();
   for (SessionRecord& record :
-       journal_.sessions(before.value_or(std::numeric_limits<std::int64_t>::max()), limit)) {
+       api.journal.sessions(before.value_or(std::numeric_limits<std::int64_t>::max()), limit)) {
     calib::poll_cancelled();
-    if (!journal_.is_whole(record.id)) record.state = RecordState::kDamaged;
+    if (!api.journal.is_whole(record.id)) record.state = RecordState::kDamaged;
     list.push_back(to_json(record, language));
   }
   return Response{.body = dump(list)};
 }
 
-std::optional<Response> Api::session(const Call& call) {
-  const SessionRecord record = find(call);
+Answer session(Api& api, const Call& call) {
+  const SessionRecord record = find_session(api, call);
   json value = to_json(record, language_in(call.request));
-  value["events"] = journal_.events(record.id);
+  value["events"] = api.journal.events(record.id);
   value["times"] =
-      to_json(phase_times(journal_.changes(record.id)), journal_.interruptions(record.id));
+      to_json(phase_times(api.journal.changes(record.id)), api.journal.interruptions(record.id));
   value["contact_delay"] = nullptr;
-  if (const auto delay = delay_of(journal_, record.id)) {
+  if (const auto delay = delay_of(api.journal, record.id)) {
     value["contact_delay"] = {{"ms", calib::kMsPerS * delay->delay_s},
                               {"sigma_ms", calib::kMsPerS * delay->sigma_s},
                               {"touches", delay->touches},
                               {"words", in_words(*delay)},
-                              {"warning", complaint(*delay, delay_before(journal_, record.id))}};
+                              {"warning", complaint(*delay, delay_before(api.journal, record.id))}};
   }
-  value["results"] = service_.results_dir(record.id).string();
+  value["results"] = api.service.results_dir(record.id).string();
   return Response{.body = dump(value)};
 }
 
-std::optional<Response> Api::session_touches(const Call& call) {
-  const SessionRecord record = find(call);
-  const std::vector<calib::Touch> touches = journal_.touches(record.id);
+Answer session_touches(Api& api, const Call& call) {
+  const SessionRecord record = find_session(api, call);
+  const std::vector<calib::Touch> touches = api.journal.touches(record.id);
   const Part part = part_of(call.request, touches.size());
   const bool linear_unit = cell_of(record.inputs).robot.first_turning() > 0;
   json list = json::array();
@@ -177,9 +166,9 @@ std::optional<Response> Api::session_touches(const Call& call) {
   return Response{.body = dump({{"session", record.id}, {"touches", list}, {"more", part.more}})};
 }
 
-std::optional<Response> Api::session_events(const Call& call) {
-  const SessionRecord record = find(call);
-  const std::vector<std::string> events = journal_.events(record.id);
+Answer session_events(Api& api, const Call& call) {
+  const SessionRecord record = find_session(api, call);
+  const std::vector<std::string> events = api.journal.events(record.id);
   const Part part = part_of(call.request, events.size());
   json list = json::array();
   for (std::size_t i = part.begin; i < part.end; ++i) {
@@ -191,29 +180,36 @@ std::optional<Response> Api::session_events(const Call& call) {
   return Response{.body = dump({{"session", record.id}, {"events", list}, {"more", part.more}})};
 }
 
-std::optional<Response> Api::touches_csv(const Call& call) {
-  const SessionRecord record = find(call);
-  return Response{200, "text/csv",
-                  calib::format_touches(journal_.touches(record.id), cell_of(record.inputs).robot)};
+Answer touches_csv(Api& api, const Call& call) {
+  const SessionRecord record = find_session(api, call);
+  return Response{
+      200, "text/csv",
+      calib::format_touches(api.journal.touches(record.id), cell_of(record.inputs).robot)};
 }
 
-std::optional<Response> Api::calibration(const Call& call) {
-  return document(call, &SessionRecord::calibration, SessionKind::kCalibrate);
+/// A result as the journal has it; throws NotFound where the session is of another kind or has none.
+Response document(Api& api, const Call& call, std::string SessionRecord::*text, SessionKind kind) {
+  const SessionRecord record = find_session(api, call);
+  const auto options = options_in(record.inputs);
+  if ((record.*text).empty() || !options || options->kind != kind) throw no_result(record.id);
+  return {200, "application/json", record.*text};
 }
 
-std::optional<Response> Api::qualification(const Call& call) {
-  return document(call, &SessionRecord::document, SessionKind::kQualify);
+Answer calibration(Api& api, const Call& call) {
+  return document(api, call, &SessionRecord::calibration, SessionKind::kCalibrate);
 }
 
-std::optional<Response> Api::found(const Call& call) {
-  return document(call, &SessionRecord::document, SessionKind::kFind);
+Answer qualification(Api& api, const Call& call) {
+  return document(api, call, &SessionRecord::document, SessionKind::kQualify);
 }
 
-std::optional<Response> Api::check(const Call& call) {
-  return document(call, &SessionRecord::document, SessionKind::kCheck);
+Answer found(Api& api, const Call& call) {
+  return document(api, call, &SessionRecord::document, SessionKind::kFind);
 }
 
-namespace {
+Answer check(Api& api, const Call& call) {
+  return document(api, call, &SessionRecord::document, SessionKind::kCheck);
+}
 
 /// The session's file; where its folder was lost, the same made from the journal.
 template <class Make>
@@ -227,43 +223,32 @@ std::string file_or(const std::filesystem::path& file, Journal& journal,
   return make(report);
 }
 
-}  // namespace
-
-std::optional<Response> Api::report(const Call& call) {
-  const SessionRecord record = find(call);
+Answer report_html(Api& api, const Call& call) {
+  const SessionRecord record = find_session(api, call);
   const calib::Language language = language_in(call.request);
-  const std::filesystem::path results = service_.results_dir(record.id);
+  const std::filesystem::path results = api.service.results_dir(record.id);
   std::filesystem::path path = results / report_name(language);
   // Sessions of earlier versions have it in English alone.
   if (!std::filesystem::exists(path)) path = results / report_name({});
   Response page{200, "text/html; charset=utf-8",
-                file_or(path, journal_, record, language, html_report)};
+                file_or(path, api.journal, record, language, html_report)};
   // Same origin as the page, but sandboxed, whatever text the report contains.
   page.headers = {{"Content-Security-Policy",
                    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"}};
   return page;
 }
 
-std::optional<Response> Api::plots(const Call& call) {
-  const SessionRecord record = find(call);
+Answer plots(Api& api, const Call& call) {
+  const SessionRecord record = find_session(api, call);
   const calib::Language language = language_in(call.request);
   return Response{200, "application/json",
-                  file_or(service_.results_dir(record.id) / plots_name(language), journal_, record,
-                          language, [&](const ReportInput& report) {
+                  file_or(api.service.results_dir(record.id) / plots_name(language), api.journal,
+                          record, language, [&](const ReportInput& report) {
                             return plots_json(record.id, report_plots(report));
                           })};
 }
 
-Response Api::document(const Call& call, std::string SessionRecord::*text, SessionKind kind) {
-  const SessionRecord record = find(call);
-  const auto options = options_in(record.inputs);
-  if ((record.*text).empty() || !options || options->kind != kind) throw no_result(record.id);
-  return {200, "application/json", record.*text};
-}
-
 // Deletion of raw rows of old sessions on request.
-
-namespace {
 
 constexpr int kMostDays = 36500;
 constexpr double kMostMegabytes = 1e9;
@@ -294,19 +279,17 @@ Wanted wanted_in(const std::string& body) {
   return wanted;
 }
 
-}  // namespace
-
-std::optional<Response> Api::retain(const Call& call) {
+Answer retain(Api& api, const Call& call) {
   Wanted wanted = wanted_in(call.request.body);
-  if (!wanted.rule.any() && retention_) wanted.rule = retention_();
+  if (!wanted.rule.any() && api.retention) wanted.rule = api.retention();
   if (!wanted.rule.any())
     throw RequestError("no limit given: give days or megabytes, or set them under [retention]");
-  const auto idle = [this] { return !kActivePhases.has(service_.status().phase); };
+  const auto idle = [&api] { return !kActivePhases.has(api.service.status().phase); };
   if (!idle()) throw BusyError("a session is running. Drop old rows when it has ended");
   const auto now = std::chrono::duration_cast<std::chrono::seconds>(
       std::chrono::system_clock::now().time_since_epoch());
-  const auto gone =
-      journal_.retain(limits_of(wanted.rule, now.count()), wall_clock_utc(), wanted.dry_run, idle);
+  const auto gone = api.journal.retain(limits_of(wanted.rule, now.count()), wall_clock_utc(),
+                                       wanted.dry_run, idle);
   json sessions = json::array();
   for (const DroppedRows& one : gone)
     sessions.push_back({{"session", one.session}, {"rows", one.rows}, {"bytes", one.bytes}});
@@ -314,12 +297,10 @@ std::optional<Response> Api::retain(const Call& call) {
     spdlog::info("raw events and readings of {} sessions dropped", gone.size());
   return Response{.body = dump({{"dry_run", wanted.dry_run},
                                 {"sessions", std::move(sessions)},
-                                {"bytes_in_use", journal_.bytes_in_use()}})};
+                                {"bytes_in_use", api.journal.bytes_in_use()}})};
 }
 
 // Export and import of sessions, and backup of the journal.
-
-namespace {
 
 std::filesystem::path path_in(const std::string& body, const char* key) {
   const json object = calib::parse_json(body);
@@ -357,30 +338,28 @@ void refuse_links_in(const std::filesystem::path& directory) {
                          ": is a link, which a request over the network must not follow");
 }
 
-}  // namespace
-
-std::optional<Response> Api::export_session(const Call& call) {
-  const std::int64_t session = find(call).id;
+Answer export_session(Api& api, const Call& call) {
+  const std::int64_t session = find_session(api, call).id;
   return as_request([&] {
-    return Response{.body =
-                        dump(json(make_archive(journal_, session, service_.results_dir(session))))};
+    return Response{
+        .body = dump(json(make_archive(api.journal, session, api.service.results_dir(session))))};
   });
 }
 
-std::optional<Response> Api::import_session(const Call& call) {
+Answer import_session(Api& api, const Call& call) {
   const std::filesystem::path directory = path_in(call.request.body, "directory");
   keep_within(call.request, directory,
               {"an export to be imported",
                "Place it there, or use 'cellcal import' on the cell's computer",
-               {service_.imports_dir()}});
+               {api.service.imports_dir()}});
   Imported imported;
   as_request([&] {
     if (call.request.is_from_network()) refuse_links_in(directory);
     const Archive archive = read_archive(directory);
-    service_.alone("an import", [&] {
-      imported = import_archive(journal_, archive, directory.string(), [&](std::int64_t session) {
-        return service_.results_dir(session);
-      });
+    api.service.alone("an import", [&] {
+      imported =
+          import_archive(api.journal, archive, directory.string(),
+                         [&](std::int64_t session) { return api.service.results_dir(session); });
     });
   });
   if (imported.is_new)
@@ -389,15 +368,16 @@ std::optional<Response> Api::import_session(const Call& call) {
                   dump({{"session", imported.session}, {"new", imported.is_new}})};
 }
 
-std::optional<Response> Api::back_up(const Call& call) {
+Answer back_up(Api& api, const Call& call) {
   const std::filesystem::path file = path_in(call.request.body, "file");
   keep_within(call.request, file,
               {"a backup",
                "Choose a file there, or use 'cellcal backup' on the cell's computer",
-               {service_.backups_dir()}});
+               {api.service.backups_dir()}});
   return as_request([&] {
-    if (call.request.is_from_network()) std::filesystem::create_directories(service_.backups_dir());
-    const std::vector<std::string> remarks = journal_.backup(file);
+    if (call.request.is_from_network())
+      std::filesystem::create_directories(api.service.backups_dir());
+    const std::vector<std::string> remarks = api.journal.backup(file);
     for (const std::string& remark : remarks) spdlog::warn("{}", remark);
     spdlog::info("journal copied to {}", file.string());
     return Response{201, "application/json",
@@ -405,6 +385,38 @@ std::optional<Response> Api::back_up(const Call& call) {
                           {"bytes", std::filesystem::file_size(file)},
                           {"remarks", remarks}})};
   });
+}
+
+}  // namespace
+
+SessionRecord find_session(Api& api, const Call& call) {
+  const auto id = whole_number(call.variable);
+  auto record = id ? api.journal.session(*id) : std::nullopt;
+  if (!record) {
+    throw NotFound("no session " + std::string(call.variable) + ". See 'cellcal history'");
+  }
+  return std::move(*record);
+}
+
+std::span<const Api::Route> session_routes() {
+  static constexpr Api::Route kRoutes[] = {
+      {"GET", "/v1/sessions", Role::kView, kSlow, sessions},
+      {"GET", "/v1/sessions/{id}", Role::kView, kSlow, session},
+      {"GET", "/v1/sessions/{id}/touches", Role::kView, kSlow, session_touches},
+      {"GET", "/v1/sessions/{id}/events", Role::kView, kSlow, session_events},
+      {"GET", "/v1/sessions/{id}/touches.csv", Role::kView, kSlow, touches_csv},
+      {"GET", "/v1/sessions/{id}/calibration.json", Role::kView, kSlow, calibration},
+      {"GET", "/v1/sessions/{id}/qualification.json", Role::kView, kSlow, qualification},
+      {"GET", "/v1/sessions/{id}/found.json", Role::kView, kSlow, found},
+      {"GET", "/v1/sessions/{id}/check.json", Role::kView, kSlow, check},
+      {"GET", "/v1/sessions/{id}/report.html", Role::kView, kSlow, report_html},
+      {"GET", "/v1/sessions/{id}/plots", Role::kView, kSlow, plots},
+      {"POST", "/v1/retain", Role::kAdminister, kSlow, retain},
+      {"GET", "/v1/sessions/{id}/export", Role::kView, kSlow, export_session},
+      {"POST", "/v1/import", Role::kAdminister, kSlow, import_session},
+      {"POST", "/v1/backup", Role::kAdminister, kSlow, back_up},
+  };
+  return kRoutes;
 }
 
 }  // namespace cellcal::daemon

@@ -38,43 +38,54 @@ json to_json(const Token& token) {
   return {{"name", token.name}, {"role", to_string(token.role)}, {"created", token.created}};
 }
 
-}  // namespace
-
-std::optional<Response> Api::log_in(const Call& call) {
+Answer log_in(Api& api, const Call& call) {
   if (!call.request.is_from_network()) {
     return error(409, "no login is needed over the Unix socket");
   }
-  return access().log_in(call.request);
+  return access_of(api).log_in(call.request);
 }
 
-std::optional<Response> Api::log_out(const Call& call) {
+Answer log_out(Api& api, const Call& call) {
   if (!call.request.is_from_network()) return Response{.body = "{}"};
-  return access().log_out(call.request);
+  return access_of(api).log_out(call.request);
 }
 
-std::optional<Response> Api::tokens(const Call&) {
-  if (const std::string& problem = access().tokens().problem(); !problem.empty()) {
+Answer tokens(Api& api, const Call&) {
+  if (const std::string& problem = access_of(api).tokens().problem(); !problem.empty()) {
     throw TokenError(problem);
   }
   json list = json::array();
-  for (const Token& token : access().tokens().list()) list.push_back(to_json(token));
+  for (const Token& token : access_of(api).tokens().list()) list.push_back(to_json(token));
   return Response{.body = dump(list)};
 }
 
-std::optional<Response> Api::add_token(const Call& call) {
+Answer add_token(Api& api, const Call& call) {
   const TokenRequest wanted = token_request(call.request.body);
-  const std::string token = access().tokens().add(wanted.name, wanted.role, wall_clock_utc());
+  const std::string token = access_of(api).tokens().add(wanted.name, wanted.role, wall_clock_utc());
   return Response{
       201, "application/json",
       dump({{"name", wanted.name}, {"role", to_string(wanted.role)}, {"token", token}})};
 }
 
-std::optional<Response> Api::remove_token(const Call& call) {
-  if (!access().tokens().remove(std::string(call.variable))) {
+Answer remove_token(Api& api, const Call& call) {
+  if (!access_of(api).tokens().remove(std::string(call.variable))) {
     throw NotFound("no such token. See 'cellcal token list'");
   }
-  access().clearance().forget();  // the confirmation may have been given with this token
+  access_of(api).clearance().forget();  // the confirmation may have been given with this token
   return Response{.body = "{}"};
+}
+
+}  // namespace
+
+std::span<const Api::Route> token_routes() {
+  static constexpr Api::Route kRoutes[] = {
+      {"POST", "/v1/login", Role::kNone, kAtOnce, log_in},
+      {"POST", "/v1/logout", Role::kNone, kAtOnce, log_out},
+      {"GET", "/v1/tokens", Role::kAdminister, kSlow, tokens},
+      {"POST", "/v1/tokens", Role::kAdminister, kSlow, add_token},
+      {"DELETE", "/v1/tokens/{name}", Role::kAdminister, kSlow, remove_token},
+  };
+  return kRoutes;
 }
 
 }  // namespace cellcal::daemon

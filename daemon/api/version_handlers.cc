@@ -101,45 +101,43 @@ Activation wanted_in(const Request& request, bool needed) {
   return wanted;
 }
 
-}  // namespace
-
-std::optional<Response> Api::show_versions(const Call& call) {
+Answer show_versions(Api& api, const Call& call) {
   const std::int64_t limit = whole_number_in(call.request, "limit").value_or(kUsualVersions);
   if (limit < 1 || limit > kMostVersions) throw BadRequest("\"limit\" must be 1 to 100");
   json list = json::array();
-  for (const Version& one : versions(journal_, whole_number_in(call.request, "session").value_or(0),
-                                     static_cast<std::size_t>(limit)))
+  for (const Version& one :
+       versions(api.journal, whole_number_in(call.request, "session").value_or(0),
+                static_cast<std::size_t>(limit)))
     list.push_back(to_json(one));
   return Response{.body = dump(list)};
 }
 
-std::optional<Response> Api::compare_versions(const Call& call) {
+Answer compare_versions(Api& api, const Call& call) {
   const auto before = whole_number_in(call.request, "before"),
              after = whole_number_in(call.request, "after");
   if (!before || !after) throw BadRequest("\"before\" and \"after\" must name two sessions");
-  return Response{.body = dump(to_json(compare(journal_, *before, *after)))};
+  return Response{.body = dump(to_json(compare(api.journal, *before, *after)))};
 }
 
-std::optional<Response> Api::activate_version(const Call& call) {
+Answer activate_version(Api& api, const Call& call) {
   const Activation wanted = wanted_in(call.request, true);
-  service_.alone("an activation", [&] { activate(journal_, wanted); });
+  api.service.alone("an activation", [&] { activate(api.journal, wanted); });
   spdlog::info("calibration of session {} activated by {}: {}", wanted.session, wanted.who,
                wanted.reason);
   return Response{201, "application/json", dump({{"session", wanted.session}})};
 }
 
-std::optional<Response> Api::roll_back_version(const Call& call) {
+Answer roll_back_version(Api& api, const Call& call) {
   const Activation wanted = wanted_in(call.request, false);
   std::int64_t session = 0;
-  service_.alone("an activation", [&] { session = roll_back(journal_, wanted.session, wanted); });
+  api.service.alone("an activation",
+                    [&] { session = roll_back(api.journal, wanted.session, wanted); });
   spdlog::info("rolled back to the calibration of session {} by {}: {}", session, wanted.who,
                wanted.reason);
   return Response{201, "application/json", dump({{"session", session}})};
 }
 
 // Next step to a calibrated cell, and findings of the doctor within the daemon.
-
-namespace {
 
 json or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
@@ -175,16 +173,14 @@ std::vector<Finding> findings_in(const json& list) try {
   throw BadRequest(wrong.what());
 }
 
-}  // namespace
-
-Examiner& Api::examiner() {
-  if (examiner_ == nullptr) throw NotFound("no doctor within this daemon. Use 'cellcal doctor'");
-  return *examiner_;
+Examiner& examiner_of(const Api& api) {
+  if (api.examiner == nullptr) throw NotFound("no doctor within this daemon. Use 'cellcal doctor'");
+  return *api.examiner;
 }
 
-std::optional<Response> Api::readiness(const Call& call) {
+Answer readiness(Api& api, const Call& call) {
   const calib::Language language = language_in(call.request);
-  const Evidence evidence = evidence_of(examiner().newest(), journal_);
+  const Evidence evidence = evidence_of(examiner_of(api).newest(), api.journal);
   const std::vector<StepSeen> steps = steps_of(evidence);
   const std::optional<SetUpStep> next = next_of(steps);
   json list = json::array();
@@ -198,9 +194,9 @@ std::optional<Response> Api::readiness(const Call& call) {
                                 {"steps", list}})};
 }
 
-std::optional<Response> Api::doctor(const Call& call) {
+Answer doctor(Api& api, const Call& call) {
   const calib::Language language = language_in(call.request);
-  const Examination newest = examiner().newest();
+  const Examination newest = examiner_of(api).newest();
   json checks = json::array();
   for (const Finding& one : newest.checks) {
     json& check = checks.emplace_back(daemon::to_json(one, language));
@@ -219,19 +215,19 @@ std::optional<Response> Api::doctor(const Call& call) {
                                 {"checks", checks}})};
 }
 
-std::optional<Response> Api::examine(const Call& call) {
+Answer examine(Api& api, const Call& call) {
   const std::filesystem::path cell = cell_asked_for(call.request.body);
-  keep_among_cells(call.request, cell);
-  examiner().begin(cell);
+  keep_among_cells(api, call.request, cell);
+  examiner_of(api).begin(cell);
   return Response{202, "application/json", "{}"};
 }
 
-std::optional<Response> Api::adopt_examination(const Call& call) {
+Answer adopt_examination(Api& api, const Call& call) {
   const json body = calib::parse_json(call.request.body);
-  keep_among_cells(call.request, body.is_object() ? body.value("cell", "") : "");
+  keep_among_cells(api, call.request, body.is_object() ? body.value("cell", "") : "");
   std::optional<Examiner::NotTaken> refused;
   try {
-    refused = examiner().take(
+    refused = examiner_of(api).take(
         body.at("cell").get<std::string>(), body.at("cell_sha256").get<std::string>(),
         body.at("config_sha256").get<std::string>(), findings_in(body.at("checks")));
   } catch (const json::exception&) {
@@ -245,6 +241,22 @@ std::optional<Response> Api::adopt_examination(const Call& call) {
        {kOtherCell, "the cell file has changed since the examination, or cannot be read here"},
        {kExamining, "an examination by the daemon's doctor is in progress"}}};
   throw BusyError(kTable[*refused]);
+}
+
+}  // namespace
+
+std::span<const Api::Route> version_routes() {
+  static constexpr Api::Route kRoutes[] = {
+      {"GET", "/v1/versions", Role::kView, kSlow, show_versions},
+      {"GET", "/v1/versions/compare", Role::kView, kSlow, compare_versions},
+      {"POST", "/v1/versions/activate", Role::kOperate, kSlow, activate_version},
+      {"POST", "/v1/versions/roll-back", Role::kOperate, kSlow, roll_back_version},
+      {"GET", "/v1/readiness", Role::kView, kSlow, readiness},
+      {"GET", "/v1/doctor", Role::kView, kAtOnce, doctor},
+      {"POST", "/v1/doctor", Role::kOperate, kSlow, examine},
+      {"POST", "/v1/doctor/result", Role::kOperate, kSlow, adopt_examination},
+  };
+  return kRoutes;
 }
 
 }  // namespace cellcal::daemon

@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "calib/files/text.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/fact.h"
 
@@ -166,12 +167,23 @@ void Collector::log_postponed(std::vector<std::string> put_off) {
   put_off_ = std::move(put_off);
 }
 
+void Collector::log_refused(const std::vector<Refused>& refused) {
+  constexpr std::size_t kMostNamed = 1000;
+  for (const Refused& one : refused)
+    if (named_.size() < kMostNamed && named_.emplace(one.of.plant, one.of.cell, one.why).second)
+      spdlog::warn(
+          "refused, the first of its kind: {}: {}. Kept in fleet.quarantine; after an update of this program: "
+          "cellcal-fleet --reread-quarantine",
+          calib::shown(one.topic, 120), one.words);
+}
+
 std::vector<plant::Stored> Collector::write(Store& store, std::vector<Message> messages) {
   Batch batch;
   const std::size_t count = messages.size();
   // Messages that are not stored are sent again and must not be charged twice.
   const Meters before = meters_;
   for (Message& message : messages) judge(std::move(message), meters_, Clock::now(), batch);
+  log_refused(batch.refused);
   Written written;
   try {
     written = store.write(batch);

@@ -8,8 +8,10 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "daemon/fleet/judge.h"
@@ -90,7 +92,10 @@ class Collector {
   std::vector<plant::Stored> write(Store& store, std::vector<Message> messages);
 
   void log_postponed(std::vector<std::string> put_off);
+  /// The first of each cell and reason.
+  void log_refused(const std::vector<Refused>& refused);
 
+  std::set<std::tuple<std::string, std::string, Refusal>> named_;
   std::vector<std::string> put_off_;  ///< as logged at the last maintenance
   CollectorConfig config_;
   Meters meters_;

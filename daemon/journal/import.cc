@@ -17,7 +17,6 @@
 #include "calib/files/input_file.h"
 #include "daemon/journal/chain.h"
 #include "daemon/journal/journal.h"
-#include "daemon/journal/journal_impl.h"
 #include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/rows.h"
 #include "daemon/journal/store/sqlite.h"
@@ -295,18 +294,23 @@ void compare_with_imported(Database& database, const std::string& name, const Se
   compare_with_other_import(database, rows, from);
 }
 
+/// A quarter of a megabyte: half a millisecond.
+constexpr int kPagesAtOnce = 64;
+/// For waiting calls, which would not get a lock that is taken again immediately.
+constexpr std::chrono::milliseconds kPause{1};
+
 }  // namespace
 
 std::string Journal::name() {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->chain.name();
+  const std::lock_guard lock(mutex_);
+  return chain_.name();
 }
 
 std::string Journal::rows(std::int64_t session) {
-  if (!impl_->pending.all().empty()) impl_->write([] {});
-  const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
-  return to_lines(read_rows(impl_->database, impl_->chain.name(), session));
+  if (!pending_.all().empty()) write([] {});
+  const std::lock_guard lock(mutex_);
+  chain_.verify(session);
+  return to_lines(read_rows(database_, chain_.name(), session));
 }
 
 std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const std::string& from,
@@ -328,34 +332,25 @@ std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const st
   const std::string origin = to_text({rows.journal, rows.session, sum, rows.entries.size(),
                                       sum_of_entries(rows, rows.entries.size())});
   std::int64_t id = 0;
-  impl_->write([&] {
-    compare_with_imported(impl_->database, impl_->chain.name(), rows, from);
-    id = Import(impl_->database, impl_->chain, rows, origin, from).run();
+  write([&] {
+    compare_with_imported(database_, chain_.name(), rows, from);
+    id = Import(database_, chain_, rows, origin, from).run();
   });
   return {id, true};
 }
 
 // Copy of the whole journal during operation.
 
-namespace {
-
-/// A quarter of a megabyte: half a millisecond.
-constexpr int kPagesAtOnce = 64;
-/// For waiting calls, which would not get a lock that is taken again immediately.
-constexpr std::chrono::milliseconds kPause{1};
-
-}  // namespace
-
 std::vector<std::string> Journal::backup(const std::filesystem::path& file) {
-  const std::lock_guard one(impl_->one_backup);  // backups of one name would collide
-  std::unique_lock lock(impl_->mutex);
-  DatabaseCopy copy(impl_->database, file);
-  Head end = impl_->chain.end();
+  const std::lock_guard one(one_backup_);  // backups of one name would collide
+  std::unique_lock lock(mutex_);
+  DatabaseCopy copy(database_, file);
+  Head end = chain_.end();
   while (copy.step(kPagesAtOnce)) {
     lock.unlock();
     std::this_thread::sleep_for(kPause);
     lock.lock();
-    end = impl_->chain.end();
+    end = chain_.end();
   }
   lock.unlock();
   copy.speak_as_another();

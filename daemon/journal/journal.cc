@@ -10,7 +10,6 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/enum_table.h"
-#include "daemon/journal/journal_impl.h"
 #include "daemon/journal/prepare.h"
 #include "daemon/journal/rows.h"
 #include "daemon/result/outcome_json.h"
@@ -106,182 +105,178 @@ calib::Touch touch_from(Statement& row) {
 
 }  // namespace
 
-Journal::Impl::Impl(const std::filesystem::path& path)
-    : lock(with(path, ".lock"), path),
-      head(with(path, ".head"), path),
-      database(path),
-      chain(database, head),
-      remarks(prepare(database, head, chain)),
-      outbox(database),
-      files(path, file_names(path)) {}
-
-std::vector<std::filesystem::path> Journal::Impl::file_names(const std::filesystem::path& path) {
+std::vector<std::filesystem::path> Journal::file_names(const std::filesystem::path& path) {
   return {path, with(path, "-wal"), with(path, ".lock"), with(path, ".head")};
 }
 
-void Journal::Impl::write(const std::function<void()>& act) {
-  const std::lock_guard guard(mutex);
-  files.check();
-  const std::vector<PendingRow> waiting = pending.all();
+void Journal::write(const std::function<void()>& act) {
+  const std::lock_guard guard(mutex_);
+  files_.check();
+  const std::vector<PendingRow> waiting = pending_.all();
   try {
     write_once([] {}, waiting, act);
   } catch (const DiskFullError&) {
-    if (outbox.count().telemetry_bytes == 0) throw;
+    if (outbox_.count().telemetry_bytes == 0) throw;
     // A log that was moved into the file restarts, and dropped rows free space in the file.
-    database.move_log_into_file();
-    write_once([&] { outbox.drop_telemetry(); }, waiting, act);
+    database_.move_log_into_file();
+    write_once([&] { outbox_.drop_telemetry(); }, waiting, act);
   }
-  pending.written(waiting.size());
-  outbox.committed();
-  chain.committed();
-  files.check();
+  pending_.written(waiting.size());
+  outbox_.committed();
+  chain_.committed();
+  files_.check();
 }
 
-void Journal::Impl::write_once(const std::function<void()>& first,
-                               const std::vector<PendingRow>& waiting,
-                               const std::function<void()>& act) {
+void Journal::write_once(const std::function<void()>& first, const std::vector<PendingRow>& waiting,
+                         const std::function<void()>& act) {
   try {
-    Transaction transaction(database);
+    Transaction transaction(database_);
     first();
     for (const PendingRow& row : waiting) {
-      insert(chain, row);
+      insert(chain_, row);
       if (const auto* change = std::get_if<RecordChange>(&row.what))
-        outbox.put(row.session, change->utc,
-                   [&](const Reporter& to) { return to.change(*change); });
+        outbox_.put(row.session, change->utc,
+                    [&](const Reporter& to) { return to.change(*change); });
       if (const auto* touch = std::get_if<AssessedTouch>(&row.what))
-        outbox.assess(row.session, *touch);
+        outbox_.assess(row.session, *touch);
       if (const auto* end = std::get_if<SessionEnd>(&row.what)) write_end(row.session, *end);
     }
     act();
     transaction.commit();
   } catch (...) {
-    chain.rolled_back();
-    outbox.rolled_back();
+    chain_.rolled_back();
+    outbox_.rolled_back();
     throw;
   }
 }
 
-void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
-                                   std::optional<FailureKind> failed) {
-  if (!outbox.on()) return;
+void Journal::report_session(std::int64_t session, const std::string& utc,
+                             std::optional<FailureKind> failed) {
+  if (!outbox_.on()) return;
   std::optional<SessionRecord> record = as_stored(session, true);
   if (!record) return;
   record->failure_kind = failed;
   report(*record, utc);
 }
 
-void Journal::Impl::report(const SessionRecord& record, const std::string& utc) {
+void Journal::report(const SessionRecord& record, const std::string& utc) {
   // The calibration of a session that has not ended well is not in use.
   if (record.state == RecordState::kDone && record.has_calibration)
     report_calibration(record.id, utc);
-  outbox.put(record.id, utc, [&](const Reporter& to) { return to.session(record); });
+  outbox_.put(record.id, utc, [&](const Reporter& to) { return to.session(record); });
 }
 
-void Journal::Impl::report_calibration(std::int64_t session, const std::string& utc) {
-  outbox.put(session, utc, [](const Reporter&) {
+void Journal::report(const Activation& activation) {
+  outbox_.put(activation.session, activation.time,
+              [&](const Reporter& to) { return to.activation(activation); });
+}
+
+void Journal::report_calibration(std::int64_t session, const std::string& utc) {
+  outbox_.put(session, utc, [](const Reporter&) {
     return std::vector{Report{"calibration", Worth::kResult, {}}};
   });
 }
 
-void Journal::Impl::set_state(std::int64_t session, RecordState state, std::string_view ended,
-                              std::string_view failure) {
-  database.run("UPDATE session SET state=?, ended=?, failure=? WHERE id=?", to_string(state), ended,
-               failure, session);
+void Journal::set_state(std::int64_t session, RecordState state, std::string_view ended,
+                        std::string_view failure) {
+  database_.run("UPDATE session SET state=?, ended=?, failure=? WHERE id=?", to_string(state),
+                ended, failure, session);
   changed(session);
 }
 
-Journal::Journal(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
+Journal::Journal(const std::filesystem::path& path)
+    : lock_(with(path, ".lock"), path),
+      head_(with(path, ".head"), path),
+      database_(path),
+      chain_(database_, head_),
+      remarks_(prepare(database_, head_, chain_)),
+      outbox_(database_),
+      files_(path, file_names(path)) {
   try {
-    if (const std::int64_t newest = impl_->chain.newest_session()) impl_->chain.verify(newest);
+    if (const std::int64_t newest = chain_.newest_session()) chain_.verify(newest);
   } catch (const JournalError& damaged) {
-    impl_->remarks.emplace_back(damaged.what());
+    remarks_.emplace_back(damaged.what());
   }
 }
 
 Journal::~Journal() {
   try {
-    if (!impl_->pending.all().empty()) impl_->write([] {});
+    if (!pending_.all().empty()) write([] {});
   } catch (const JournalError&) {
     // Only pending log entries are lost; the session's rows are on disk.
   }
 }
 
-const std::vector<std::string>& Journal::remarks() const { return impl_->remarks; }
-
-std::vector<std::filesystem::path> Journal::files() const {
-  return Impl::file_names(impl_->database.name());
-}
-
 void Journal::check() {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->files.check();
+  const std::lock_guard lock(mutex_);
+  files_.check();
 }
 
 std::int64_t Journal::begin(const SessionInputs& inputs, const std::string& utc) {
   std::int64_t id = 0;
-  impl_->write([&] {
-    impl_->database.run(
+  write([&] {
+    database_.run(
         "INSERT INTO session (started, state, cell_name, cell_text, robot_name, "
         "robot_text, options, software) VALUES (?,'running',?,?,?,?,?,?)",
         utc, inputs.cell_name, inputs.cell_text, inputs.robot_name, inputs.robot_text,
         inputs.options, calib::software_version());
-    id = impl_->database.last_row_id();
-    impl_->changed(id);
-    impl_->report_session(id, utc);
+    id = database_.last_row_id();
+    changed(id);
+    report_session(id, utc);
   });
-  impl_->running = id;
+  running_ = id;
   return id;
 }
 
 void Journal::resume(std::int64_t session, const std::string& utc) {
-  impl_->write([&] {
-    impl_->set_state(session, RecordState::kRunning, "", "");
-    impl_->report_session(session, utc);
+  write([&] {
+    set_state(session, RecordState::kRunning, "", "");
+    report_session(session, utc);
   });
-  impl_->running = session;
+  running_ = session;
   note(session, utc, "resumed");
 }
 
 void Journal::record(std::int64_t session, const RecordPlan& plan) {
-  impl_->write([&] {
-    impl_->database.run("UPDATE session SET plan_hash=?, planned=? WHERE id=?", plan.hash,
-                        plan.touches, session);
-    impl_->changed(session);
+  write([&] {
+    database_.run("UPDATE session SET plan_hash=?, planned=? WHERE id=?", plan.hash, plan.touches,
+                  session);
+    changed(session);
   });
 }
 
 void Journal::record(std::int64_t session, const RecordReading& record) {
   const Reading& reading = record.reading;
-  impl_->write([&] {
-    impl_->chain.insert(session, "reading", record.touch, record.number, reading.slow,
-                        blob(span_of(reading.contact_rad)), blob(span_of(reading.settled_rad)),
-                        reading.along_m, reading.time_sigma_s, reading.reaction_s, reading.bounces,
-                        reading.utc);
+  write([&] {
+    chain_.insert(session, "reading", record.touch, record.number, reading.slow,
+                  blob(span_of(reading.contact_rad)), blob(span_of(reading.settled_rad)),
+                  reading.along_m, reading.time_sigma_s, reading.reaction_s, reading.bounces,
+                  reading.utc);
   });
 }
 
 void Journal::record(std::int64_t session, const RecordTouch& record) {
   const calib::Touch& touch = record.touch;
-  impl_->write([&] {
+  write([&] {
     std::optional<Blob> abc, approach, positioner;
     if (!touch.positioner_rad.empty()) positioner = blob(touch.positioner_rad);
     if (touch.tracker_abc_rad) abc = blob(*touch.tracker_abc_rad);
     if (touch.approach) approach = blob(*touch.approach);
     std::optional<double> temperature_c;
     if (touch.temperature_c) temperature_c = number_of(*touch.temperature_c, "temperature");
-    impl_->chain.insert(session, "touch", record.index, blob(touch.joint_rad), touch.target,
-                        touch.set == calib::TouchSet::kCheck, touch.sigma_m, touch.radius_m,
-                        blob(touch.tracker_m), touch.time, blob(touch.settled_joint_rad),
-                        touch.readings, touch.spread_m, touch.speed_m_s, touch.tool,
-                        number_of(touch.turn_sigma_rad, "turn_sigma"), abc, approach, temperature_c,
-                        touch.load.empty() ? std::nullopt : std::optional(touch.load), positioner);
-    impl_->outbox.put_touch(session, record);
+    chain_.insert(session, "touch", record.index, blob(touch.joint_rad), touch.target,
+                  touch.set == calib::TouchSet::kCheck, touch.sigma_m, touch.radius_m,
+                  blob(touch.tracker_m), touch.time, blob(touch.settled_joint_rad), touch.readings,
+                  touch.spread_m, touch.speed_m_s, touch.tool,
+                  number_of(touch.turn_sigma_rad, "turn_sigma"), abc, approach, temperature_c,
+                  touch.load.empty() ? std::nullopt : std::optional(touch.load), positioner);
+    outbox_.put_touch(session, record);
   });
 }
 
 void Journal::record(std::int64_t session, const RecordEnd& end, const std::string& utc,
                      const std::vector<Report>& also) {
-  impl_->running = 0;  // even if that cannot be recorded
+  running_ = 0;  // even if that cannot be recorded
   SessionEnd ended{state_after(end.ending), utc, as_utf8(end.failure), {}, {}, {}, also};
   if (end.result) {
     ended.outcome = outcome_to_json(outcome_of(*end.result));
@@ -292,42 +287,42 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
     ended.document = failure_to_json(*end.why);
   }
   // A session whose good end cannot be written fails; that end is the one to keep.
-  if (end.ending == Ending::kDone) return impl_->write([&] { impl_->write_end(session, ended); });
-  impl_->pending.take({session, std::move(ended)});
-  impl_->write([] {});
+  if (end.ending == Ending::kDone) return write([&] { write_end(session, ended); });
+  pending_.take({session, std::move(ended)});
+  write([] {});
 }
 
-void Journal::Impl::write_end(std::int64_t session, const SessionEnd& end) {
+void Journal::write_end(std::int64_t session, const SessionEnd& end) {
   // An abort while the good end is on its way to the disk is too late.
   const auto stored = as_stored(session, false);
   if (stored && stored->state == RecordState::kDone) return;
-  database.run(
+  database_.run(
       "UPDATE session SET outcome=coalesce(?,outcome), document=coalesce(?,document) WHERE id=?",
       end.outcome, end.document, session);
   set_state(session, end.state, end.utc, end.failure);
-  outbox.close_touch();
+  outbox_.close_touch();
   report_session(session, end.utc, end.failed);
-  outbox.put(session, end.utc, [&](const Reporter&) { return end.also; });
+  outbox_.put(session, end.utc, [&](const Reporter&) { return end.also; });
 }
 
 void Journal::store_calibration(std::int64_t session, const std::string& json,
                                 const std::optional<Compared>& compared) {
-  impl_->write([&] {
-    if (session != impl_->running)
+  write([&] {
+    if (session != running_)
       throw JournalError(
           fmt::format("session {} has ended: its calibration is not recorded", session));
-    impl_->database.run("UPDATE session SET calibration=? WHERE id=?", json, session);
-    impl_->changed(session);
+    database_.run("UPDATE session SET calibration=? WHERE id=?", json, session);
+    changed(session);
     if (compared)
-      impl_->chain.insert(session, "compared", compared->words, compared->accepted,
-                          compared->calibration);
+      chain_.insert(session, "compared", compared->words, compared->accepted,
+                    compared->calibration);
   });
 }
 
 std::optional<Compared> Journal::compared(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
-  Statement select(impl_->database,
+  const std::lock_guard lock(mutex_);
+  chain_.verify(session);
+  Statement select(database_,
                    "SELECT words, accepted, calibration FROM compared WHERE session=? "
                    "ORDER BY rowid DESC LIMIT 1");
   if (!select.bind(1, session).step()) return std::nullopt;
@@ -335,97 +330,96 @@ std::optional<Compared> Journal::compared(std::int64_t session) {
 }
 
 void Journal::note(std::int64_t session, const std::string& utc, const std::string& words) {
-  impl_->pending.take({session, Words{utc, as_utf8(words)}});
+  pending_.take({session, Words{utc, as_utf8(words)}});
 }
 void Journal::note(
     std::int64_t session,
     const std::variant<RecordChange, RecordContact, RecordCause, AssessedTouch>& row) {
-  std::visit([&](const auto& one) { impl_->pending.take({session, one}); }, row);
+  std::visit([&](const auto& one) { pending_.take({session, one}); }, row);
 }
 
 bool Journal::is_whole(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
-  if (session != impl_->running && !impl_->chain.was_verified(session)) {
+  const std::lock_guard lock(mutex_);
+  if (session != running_ && !chain_.was_verified(session)) {
     try {
-      impl_->chain.verify(session);
+      chain_.verify(session);
     } catch (const DamagedError&) {
       return false;
     }
   }
-  return impl_->chain.is_whole(session);
+  return chain_.is_whole(session);
 }
 
-void Journal::Impl::read(std::int64_t session, const char* sql,
-                         const std::function<void(Statement&)>& each_row) {
-  const std::lock_guard lock(mutex);
-  chain.verify(session);
-  for (Statement select(database, sql, session); select.step();) each_row(select);
+void Journal::read(std::int64_t session, const char* sql,
+                   const std::function<void(Statement&)>& each_row) {
+  const std::lock_guard lock(mutex_);
+  chain_.verify(session);
+  for (Statement select(database_, sql, session); select.step();) each_row(select);
 }
 
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {
   std::vector<calib::Touch> touches;
-  impl_->read(session,
-              "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
-              "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
-              "tracker_abc_rad, approach, temperature_c, load, positioner_rad FROM touch "
-              "WHERE session=? ORDER BY number",
-              [&](Statement& row) { touches.push_back(touch_from(row)); });
+  read(session,
+       "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
+       "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
+       "tracker_abc_rad, approach, temperature_c, load, positioner_rad FROM touch "
+       "WHERE session=? ORDER BY number",
+       [&](Statement& row) { touches.push_back(touch_from(row)); });
   return touches;
 }
 
 std::vector<std::string> Journal::events(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
+  const std::lock_guard lock(mutex_);
   std::vector<std::string> events;
-  impl_->read(session, "SELECT time || ' ' || words FROM event WHERE session=? ORDER BY rowid",
-              [&](Statement& row) { events.push_back(row.text(0)); });
-  impl_->pending.visit<Words>(
-      session, [&](const Words& row) { events.push_back(row.utc + " " + row.words); });
+  read(session, "SELECT time || ' ' || words FROM event WHERE session=? ORDER BY rowid",
+       [&](Statement& row) { events.push_back(row.text(0)); });
+  pending_.visit<Words>(session,
+                        [&](const Words& row) { events.push_back(row.utc + " " + row.words); });
   return events;
 }
 
 std::vector<TimedChange> Journal::changes(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
+  const std::lock_guard lock(mutex_);
   std::vector<TimedChange> changes;
-  impl_->read(session,
-              "SELECT clock_s, from_phase, to_phase FROM change WHERE session=? ORDER BY rowid",
-              [&](Statement& row) {
-                const auto from = phase_of(row.text(1)), to = phase_of(row.text(2));
-                if (from && to) changes.push_back({row.number(0), {*from, *to}});
-              });
-  impl_->pending.visit<RecordChange>(session, [&](const RecordChange& row) {
+  read(session, "SELECT clock_s, from_phase, to_phase FROM change WHERE session=? ORDER BY rowid",
+       [&](Statement& row) {
+         const auto from = phase_of(row.text(1)), to = phase_of(row.text(2));
+         if (from && to) changes.push_back({row.number(0), {*from, *to}});
+       });
+  pending_.visit<RecordChange>(session, [&](const RecordChange& row) {
     changes.push_back({row.clock_s, row.change});
   });
   return changes;
 }
 
 InterruptionCounts Journal::interruptions(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
+  const std::lock_guard lock(mutex_);
   InterruptionCounts counts;
-  impl_->read(session, "SELECT cause FROM interruption WHERE session=?", [&](Statement& row) {
+  read(session, "SELECT cause FROM interruption WHERE session=?", [&](Statement& row) {
     if (const auto by = cause_of(row.text(0))) counts.count(*by);
   });
-  impl_->pending.visit<RecordCause>(session, [&](const RecordCause& row) { counts.count(row.by); });
+  pending_.visit<RecordCause>(session, [&](const RecordCause& row) { counts.count(row.by); });
   return counts;
 }
 
 std::vector<RecordReading> Journal::readings(std::int64_t session) {
   std::vector<RecordReading> readings;
-  impl_->read(session,
-              "SELECT touch, number, slow, contact_rad, settled_rad, along_m, time_sigma_s, "
-              "reaction_s, bounces, time FROM reading WHERE session=? ORDER BY rowid",
-              [&](Statement& row) {
-                RecordReading& one = readings.emplace_back();
-                one.touch = static_cast<std::size_t>(row.integer(0));
-                one.number = static_cast<int>(row.integer(1));
-                one.reading.slow = row.integer(2) != 0;
-                one.reading.contact_rad = axes(numbers(row.text(3)));
-                one.reading.settled_rad = axes(numbers(row.text(4)));
-                one.reading.along_m = row.number(5);
-                one.reading.time_sigma_s = row.number(6);
-                one.reading.reaction_s = row.number(7);
-                one.reading.bounces = static_cast<int>(row.integer(8));
-                one.reading.utc = row.text(9);
-              });
+  read(session,
+       "SELECT touch, number, slow, contact_rad, settled_rad, along_m, time_sigma_s, "
+       "reaction_s, bounces, time FROM reading WHERE session=? ORDER BY rowid",
+       [&](Statement& row) {
+         RecordReading& one = readings.emplace_back();
+         one.touch = static_cast<std::size_t>(row.integer(0));
+         one.number = static_cast<int>(row.integer(1));
+         one.reading.slow = row.integer(2) != 0;
+         one.reading.contact_rad = axes(numbers(row.text(3)));
+         one.reading.settled_rad = axes(numbers(row.text(4)));
+         one.reading.along_m = row.number(5);
+         one.reading.time_sigma_s = row.number(6);
+         one.reading.reaction_s = row.number(7);
+         one.reading.bounces = static_cast<int>(row.integer(8));
+         one.reading.utc = row.text(9);
+       });
   return readings;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 // Journal of all sessions: inputs, touches, readings, events, outcomes.
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <variant>
@@ -54,9 +56,9 @@ class Journal {
   Journal& operator=(const Journal&) = delete;
 
   /// Warnings from opening the file.
-  const std::vector<std::string>& remarks() const;
+  const std::vector<std::string>& remarks() const { return remarks_; }
   /// The database and its companion files. They are refused as input of a session.
-  std::vector<std::filesystem::path> files() const;
+  std::vector<std::filesystem::path> files() const { return file_names(database_.name()); }
   /// Throws JournalError if the open files were removed, replaced or truncated.
   void check();
 
@@ -176,8 +178,52 @@ class Journal {
   std::int64_t bytes_in_use();
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  static std::vector<std::filesystem::path> file_names(const std::filesystem::path& path);
+
+  /// Writes pending rows and then `act` in one transaction. On disk on return; throws if the files
+  /// were replaced.
+  void write(const std::function<void()>& act);
+  void write_once(const std::function<void()>& first, const std::vector<PendingRow>& waiting,
+                  const std::function<void()>& act);
+  void write_end(std::int64_t session, const SessionEnd& end);
+  // Within a transaction.
+
+  /// Reports the session's current row.
+  void report_session(std::int64_t session, const std::string& utc,
+                      std::optional<FailureKind> failed = {});
+  void report(const SessionRecord& record, const std::string& utc);
+  void report(const Activation& activation);
+  void report_calibration(std::int64_t session, const std::string& utc);
+  /// Reports the newest own session, as interrupted where it is.
+  void report_newest();
+  /// Reports what a new source begins with, in the order of the chain.
+  void report_state();
+
+  /// Verifies the session, and visits the rows of a statement whose parameter it is.
+  void read(std::int64_t session, const char* sql, const std::function<void(Statement&)>& each_row);
+  /// Visits sessions with a number below `before`, newest first, until `visit` returns true.
+  void visit_sessions(std::int64_t before, const std::function<bool(SessionRecord)>& visit);
+  /// The stored row; nullopt if missing.
+  std::optional<SessionRecord> as_stored(std::int64_t session, bool with_texts);
+  void changed(std::int64_t session) { chain_.add(session, "session", session); }
+  void set_state(std::int64_t session, RecordState state, std::string_view ended,
+                 std::string_view failure);
+  /// Sets kInterrupted if the session is not running in this process, and kDamaged if its row was
+  /// changed.
+  void judge(SessionRecord& record);
+
+  /// Held during disk access; a Reporter may read the journal meanwhile.
+  std::recursive_mutex mutex_;
+  std::mutex one_backup_;
+  LockFile lock_;
+  HeadFile head_;
+  Database database_;
+  Chain chain_;
+  std::vector<std::string> remarks_;
+  OutboxRows outbox_;
+  FileWatch files_;
+  PendingRows pending_;
+  std::atomic<std::int64_t> running_{0};
 };
 
 }  // namespace cellcal::daemon

@@ -7,7 +7,7 @@
 #include <limits>
 #include <map>
 
-#include "daemon/journal/journal_impl.h"
+#include "daemon/journal/journal.h"
 #include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
@@ -348,34 +348,34 @@ void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
   const std::string address = reporter ? reporter->address() : "";
   // The newest own session if it is interrupted and was not reported.
   const auto interrupted = [&]() -> std::optional<SessionRecord> {
-    std::optional<SessionRecord> newest = impl_->newest_own();
+    std::optional<SessionRecord> newest = newest_own();
     if (!newest || newest->state != RecordState::kInterrupted ||
-        impl_->outbox.was_reported_interrupted(impl_->chain.last_entry(newest->id)))
+        outbox_.was_reported_interrupted(chain_.last_entry(newest->id)))
       return std::nullopt;
     return newest;
   };
   {
-    const std::lock_guard lock(impl_->mutex);
-    if (!reporter || (!impl_->outbox.is_other(address) && !interrupted())) {
-      impl_->outbox.use(std::move(reporter));
+    const std::lock_guard lock(mutex_);
+    if (!reporter || (!outbox_.is_other(address) && !interrupted())) {
+      outbox_.use(std::move(reporter));
       return;
     }
   }
-  impl_->write([&] {
-    impl_->outbox.use_from_commit(reporter);
-    const bool other = impl_->outbox.is_other(address);
+  write([&] {
+    outbox_.use_from_commit(reporter);
+    const bool other = outbox_.is_other(address);
     if (other) {
-      impl_->outbox.speak_as(address);
-      impl_->report_state(*this);
+      outbox_.speak_as(address);
+      report_state();
     }
     if (const auto session = interrupted()) {
-      if (!other) impl_->report_newest();
-      impl_->outbox.mark_reported_interrupted(impl_->chain.last_entry(session->id));
+      if (!other) report_newest();
+      outbox_.mark_reported_interrupted(chain_.last_entry(session->id));
     }
   });
 }
 
-void Journal::Impl::report_newest() {
+void Journal::report_newest() {
   const auto newest = newest_own();
   auto record = newest ? as_stored(newest->id, true) : std::nullopt;
   if (!record || newest->state == RecordState::kDamaged) return;
@@ -383,49 +383,47 @@ void Journal::Impl::report_newest() {
   report(*record, record->ended);
 }
 
-void Journal::Impl::report_state(Journal& journal) {
+void Journal::report_state() {
   std::map<std::int64_t, std::function<void()>> facts;  // by entry of the chain
-  if (const std::int64_t used = outbox.reporter().in_use(journal)) {
-    facts[chain.last_entry(used)] = [this, used] {
+  if (const std::int64_t used = outbox_.reporter().in_use(*this)) {
+    facts[chain_.last_entry(used)] = [this, used] {
       if (const auto record = as_stored(used, false)) report_calibration(used, record->ended);
     };
     std::optional<Activation> activated;
-    for (Activation& one : journal.activations())
+    for (Activation& one : activations())
       if (one.session == used) activated = std::move(one);
     if (activated) facts[activated->entry] = [this, activated = *activated] { report(activated); };
   }
   if (const auto newest = newest_own())
-    facts[chain.last_entry(newest->id)] = [this] { report_newest(); };
+    facts[chain_.last_entry(newest->id)] = [this] { report_newest(); };
   for (const auto& [entry, report_it] : facts) report_it();
 }
 
 void Journal::report_no_more_to(const Reporter& reporter) {
-  const std::lock_guard lock(impl_->mutex);
-  if (impl_->outbox.on() && &impl_->outbox.reporter() == &reporter) impl_->outbox.use(nullptr);
+  const std::lock_guard lock(mutex_);
+  if (outbox_.on() && &outbox_.reporter() == &reporter) outbox_.use(nullptr);
 }
 
 void Journal::report(std::int64_t session, const Report& report) {
-  impl_->write([&] {
-    impl_->outbox.put(session, {}, [&](const Reporter&) { return std::vector{report}; });
-  });
+  write([&] { outbox_.put(session, {}, [&](const Reporter&) { return std::vector{report}; }); });
 }
 
 std::vector<WaitingReport> Journal::waiting(std::int64_t after, std::size_t most) {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->outbox.waiting(after, most);
+  const std::lock_guard lock(mutex_);
+  return outbox_.waiting(after, most);
 }
 
 void Journal::acknowledge(const std::vector<std::int64_t>& rows) {
-  impl_->write([&] { impl_->outbox.acknowledge(rows); });
+  write([&] { outbox_.acknowledge(rows); });
 }
 
 void Journal::replace(std::int64_t row, const Report& report) {
-  impl_->write([&] { impl_->outbox.replace(row, report); });
+  write([&] { outbox_.replace(row, report); });
 }
 
 OutboxCount Journal::outbox() {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->outbox.read_count();
+  const std::lock_guard lock(mutex_);
+  return outbox_.read_count();
 }
 
 }  // namespace cellcal::daemon

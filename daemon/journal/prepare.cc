@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "daemon/journal/columns.h"
 #include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/store/sqlite.h"
 
@@ -10,6 +11,81 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr int kEarliestVersion = 11;
+
+/// The other tables.
+constexpr const char* kOwnTables = R"sql(
+-- Checksums of all rows.
+CREATE TABLE chain (
+  number  INTEGER PRIMARY KEY,   -- 1, 2, 3, without a gap
+  session INTEGER NOT NULL,
+  kind    TEXT NOT NULL,         -- the row's table; "journal": the first entry
+  row     INTEGER NOT NULL,      -- its rowid
+  digest  TEXT NOT NULL,         -- SHA-256 of the row
+  sum     TEXT NOT NULL          -- SHA-256 of the entry before and of this one
+) STRICT;
+CREATE INDEX chain_of_session ON chain (session, kind);
+-- Reports that are not acknowledged yet. Not part of the chain: the rows that they report are.
+CREATE TABLE outbox (
+  number  INTEGER PRIMARY KEY AUTOINCREMENT,  -- never used twice
+  session INTEGER NOT NULL,                   -- 0: of none
+  time    TEXT NOT NULL,
+  kind    TEXT NOT NULL,
+  worth   TEXT NOT NULL,                      -- result, telemetry
+  body    TEXT NOT NULL                       -- JSON; '': composed of the session's calibration
+) STRICT;
+CREATE INDEX outbox_telemetry ON outbox (number) WHERE worth='telemetry';
+CREATE TABLE outbox_source (
+  first       INTEGER PRIMARY KEY,            -- number in outbox that is the first under this name
+  name        TEXT NOT NULL,
+  interrupted INTEGER NOT NULL DEFAULT 0,     -- entry of the chain whose interruption was reported
+  address     TEXT NOT NULL DEFAULT ''        -- under which its numbers are reported; '': not known
+) STRICT;
+-- State of the schedule; one row, which is replaced. Belongs to no session, hence its own sum.
+CREATE TABLE schedule (
+  id    INTEGER PRIMARY KEY CHECK (id = 1),
+  state TEXT NOT NULL,                        -- JSON, cellcal.schedule/1
+  sum   TEXT NOT NULL                         -- SHA-256 of state
+) STRICT;
+)sql";
+
+const char* type_of(Holds holds) {
+  switch (holds) {
+    case Holds::kText:
+    case Holds::kName: return "TEXT";
+    case Holds::kFlag:
+    case Holds::kCount:
+    case Holds::kWhole: return "INTEGER";
+    case Holds::kNumber:
+    case Holds::kFinite:
+    case Holds::kNotNegative: return "REAL";
+    default: return "BLOB";
+  }
+}
+
+std::string column_sql(const Column& column) {
+  const std::string type = type_of(column.holds);
+  std::string sql = fmt::format(", {} {}", column.name, type);
+  if (column.absent != Absent::kNull) sql += " NOT NULL";
+  if (column.absent == Absent::kEmpty) sql += type == "TEXT" ? " DEFAULT ''" : " DEFAULT 0";
+  return sql;
+}
+
+/// Of all tables, sessions first.
+std::string schema() {
+  std::string sql;
+  for (const std::string table : kChainedTables) {
+    const bool sessions = table == "session";
+    std::string columns = sessions ? "id INTEGER PRIMARY KEY AUTOINCREMENT"
+                                   : "session INTEGER NOT NULL REFERENCES session(id)";
+    for (const Column& one : kColumns)
+      if (one.table == table && one.name != std::string_view("id")) columns += column_sql(one);
+    if (table == "touch") columns += ", UNIQUE (session, number)";
+    sql += fmt::format("CREATE TABLE {} ({}) STRICT;\n", table, columns);
+    if (!sessions && table != "touch")
+      sql += fmt::format("CREATE INDEX {0}_of_session ON {0} (session);\n", table);
+  }
+  return sql + kOwnTables;
+}
 
 [[noreturn]] void refuse(const Database& database, const std::string& words) {
   throw JournalError("journal " + database.name() + ": " + words);
@@ -22,7 +98,7 @@ void make_new(Database& database, HeadFile& head, Chain& chain) {
            ".head file to begin a new one");
   }
   Transaction transaction(database);
-  database.execute(kSchema);
+  database.execute(schema().c_str());
   database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
                                kApplicationId, kSchemaVersion)
                        .c_str());

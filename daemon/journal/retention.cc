@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "daemon/journal/journal_impl.h"
+#include "daemon/journal/journal.h"
 
 namespace cellcal::daemon {
 
@@ -51,8 +51,8 @@ std::int64_t used_bytes(Database& database) {
 }  // namespace
 
 std::int64_t Journal::bytes_in_use() {
-  const std::lock_guard lock(impl_->mutex);
-  return used_bytes(impl_->database);
+  const std::lock_guard lock(mutex_);
+  return used_bytes(database_);
 }
 
 std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const std::string& utc,
@@ -78,24 +78,23 @@ std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const st
     if (go_on && !go_on()) break;
     DroppedRows rows;
     {
-      const std::lock_guard lock(impl_->mutex);
+      const std::lock_guard lock(mutex_);
       // A damaged session is kept as evidence.
       try {
-        impl_->chain.verify(record->id);
+        chain_.verify(record->id);
       } catch (const JournalError&) {
         continue;
       }
-      rows = raw_rows(impl_->database, record->id);
+      rows = raw_rows(database_, record->id);
     }
     if (rows.rows == 0) continue;
     if (!dry_run) {
-      impl_->write([&] {
+      write([&] {
         for (const char* table : kRawTables) {
-          Statement drop(impl_->database,
-                         fmt::format("DELETE FROM {} WHERE session=?", table).c_str());
+          Statement drop(database_, fmt::format("DELETE FROM {} WHERE session=?", table).c_str());
           drop.bind(1, record->id).step();
         }
-        impl_->chain.insert(record->id, "dropped", utc, rows.rows);
+        chain_.insert(record->id, "dropped", utc, rows.rows);
       });
     }
     used -= rows.bytes;

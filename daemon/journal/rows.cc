@@ -18,6 +18,7 @@
 
 #include "calib/files/input_file.h"
 #include "daemon/journal/chain.h"
+#include "daemon/journal/columns.h"
 #include "daemon/journal/journal.h"
 #include "drivers/robot.h"
 
@@ -157,115 +158,6 @@ void refuse_missing(const SessionRows& rows, const std::string& from) {
       refuse(from, index + 2, fmt::format("row {} of '{}' is missing", of.second, of.first));
   }
 }
-
-enum class Holds {
-  kText,    ///< UTF-8
-  kName,    ///< a name: not empty, one line
-  kFlag,    ///< 0 or 1
-  kCount,   ///< 0 to 1e9
-  kWhole,   ///< 0 or more
-  kNumber,  ///< infinite: recorded NaN
-  kFinite,
-  kNotNegative,  ///< and finite
-  kAngles,       ///< of a robot's axes, 1 to kMaxAxes
-  kAnglesOrNone,
-  kThree,
-  kPostures,  ///< angles of one arm, any number of postures; the number of axes is another column
-};
-struct Column {
-  const char* table;
-  const char* name;
-  Holds holds;
-  bool may_be_null = false;
-};
-
-constexpr Column kColumns[] = {
-    {"session", "id", Holds::kWhole},
-    {"session", "started", Holds::kText},
-    {"session", "ended", Holds::kText},
-    {"session", "state", Holds::kName},
-    {"session", "cell_name", Holds::kText},
-    {"session", "cell_text", Holds::kText},
-    {"session", "robot_name", Holds::kText},
-    {"session", "robot_text", Holds::kText},
-    {"session", "options", Holds::kText},
-    {"session", "plan_hash", Holds::kText},
-    {"session", "planned", Holds::kCount},
-    {"session", "failure", Holds::kText},
-    {"session", "calibration", Holds::kText},
-    {"session", "software", Holds::kText},
-    {"session", "origin", Holds::kText, true},
-    {"session", "outcome", Holds::kText, true},
-    {"session", "document", Holds::kText, true},
-    {"touch", "number", Holds::kCount},
-    {"touch", "joint_rad", Holds::kAngles},
-    {"touch", "target", Holds::kName},
-    {"touch", "held_out", Holds::kFlag},
-    {"touch", "sigma_m", Holds::kNotNegative},
-    {"touch", "radius_m", Holds::kNotNegative},
-    {"touch", "tracker_m", Holds::kThree},
-    {"touch", "time", Holds::kText},
-    {"touch", "settled_rad", Holds::kAnglesOrNone},
-    {"touch", "readings", Holds::kCount},
-    {"touch", "spread_m", Holds::kNotNegative},
-    {"touch", "speed_m_s", Holds::kNotNegative},
-    {"touch", "tool", Holds::kText},
-    {"touch", "turn_sigma_rad", Holds::kNotNegative},
-    {"touch", "tracker_abc_rad", Holds::kThree, true},
-    {"touch", "approach", Holds::kThree, true},
-    {"touch", "temperature_c", Holds::kFinite, true},
-    {"touch", "load", Holds::kName, true},
-    {"touch", "positioner_rad", Holds::kAngles, true},
-    {"reading", "touch", Holds::kCount},
-    {"reading", "number", Holds::kCount},
-    {"reading", "slow", Holds::kFlag},
-    {"reading", "contact_rad", Holds::kAngles},
-    {"reading", "settled_rad", Holds::kAnglesOrNone},
-    {"reading", "along_m", Holds::kFinite},
-    {"reading", "time_sigma_s", Holds::kNumber},
-    {"reading", "reaction_s", Holds::kNumber},
-    {"reading", "bounces", Holds::kCount},
-    {"reading", "time", Holds::kText},
-    {"event", "time", Holds::kText},
-    {"event", "words", Holds::kText},
-    {"change", "time", Holds::kText},
-    {"change", "clock_s", Holds::kNumber},
-    {"change", "from_phase", Holds::kText},
-    {"change", "to_phase", Holds::kText},
-    {"change", "event", Holds::kText},
-    {"change", "late_replies", Holds::kWhole},
-    {"change", "sensor_late_s", Holds::kNumber},
-    {"contact", "touch", Holds::kCount},
-    {"contact", "time", Holds::kText},
-    {"contact", "kind", Holds::kName},
-    {"contact", "arm_id", Holds::kWhole},
-    {"contact", "sequence", Holds::kWhole},
-    {"contact", "number", Holds::kWhole},
-    {"contact", "ticks", Holds::kWhole},
-    {"contact", "confirmed_after_us", Holds::kWhole},
-    {"contact", "bounces", Holds::kWhole},
-    {"contact", "sense_v", Holds::kNumber},
-    {"contact", "heard_s", Holds::kNumber},
-    {"contact", "first_edge_s", Holds::kNumber},
-    {"contact", "time_sigma_s", Holds::kNumber},
-    {"contact", "lost", Holds::kWhole},
-    {"compared", "words", Holds::kText},
-    {"compared", "accepted", Holds::kFlag},
-    {"compared", "calibration", Holds::kText},
-    {"dropped", "time", Holds::kText},
-    {"dropped", "rows", Holds::kWhole},
-    {"activation", "time", Holds::kText},
-    {"activation", "who", Holds::kText},
-    {"activation", "reason", Holds::kText},
-    {"interruption", "time", Holds::kText},
-    {"interruption", "cause", Holds::kText},
-    {"search", "time", Holds::kText},
-    {"search", "target", Holds::kText},
-    {"search", "axes", Holds::kCount},
-    {"search", "way_rad", Holds::kPostures},
-    {"search", "end_rad", Holds::kAnglesOrNone},
-    {"search", "out_rad", Holds::kPostures},
-};
 
 constexpr std::size_t kMostPostures = 10'000;  // a path has some ten
 
@@ -481,7 +373,7 @@ void refuse_impossible(const SessionRows& rows, const std::string& from) {
       const Value& value = entry.columns[k];
       // Unknown columns are refused on insertion; the session's number is replaced.
       if (column == std::end(kColumns) ||
-          (column->may_be_null && std::holds_alternative<std::monostate>(value)))
+          (column->absent == Absent::kNull && std::holds_alternative<std::monostate>(value)))
         continue;
       refuse_for(column->name, complaint(value, column->holds));
       refuse_for(column->name, axes.complaint(*column, value));

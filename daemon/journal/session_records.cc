@@ -5,7 +5,8 @@
 
 #include "calib/files/input_file.h"
 #include "calib/model/long_work.h"
-#include "daemon/journal/journal_impl.h"
+#include "daemon/journal/journal.h"
+#include "daemon/journal/prepare.h"
 #include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
@@ -48,130 +49,6 @@ SessionRecord session_from(Statement& row, bool with_texts) {
   return record;
 }
 
-}  // namespace
-
-std::string SessionRecord::failure_words(const calib::Language& language) const {
-  return failure_said.empty() ? failure : calib::words(failure_said, language);
-}
-
-RecordState record_state_of(std::string_view text) {
-  return by_own_name<RecordState>(text).value_or(RecordState::kDamaged);
-}
-
-std::optional<SessionRecord> Journal::Impl::as_stored(std::int64_t session, bool with_texts) {
-  Statement select(database, (std::string(kSelectSession) + "WHERE id=?").c_str());
-  if (!select.bind(1, session).step()) return std::nullopt;
-  return session_from(select, with_texts);
-}
-
-void Journal::Impl::judge(SessionRecord& record) {
-  if (record.state == RecordState::kRunning && record.id != running)
-    record.state = RecordState::kInterrupted;
-  if (!chain.is_whole(record.id)) record.state = RecordState::kDamaged;
-}
-
-std::vector<SessionRecord> Journal::sessions() {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->sessions();
-}
-
-std::vector<SessionRecord> Journal::sessions(std::int64_t before, std::size_t most) {
-  const std::lock_guard lock(impl_->mutex);
-  std::vector<SessionRecord> records;
-  if (most == 0) return records;
-  impl_->visit_sessions(before, [&](SessionRecord record) {
-    records.push_back(std::move(record));
-    return records.size() == most;
-  });
-  return records;
-}
-
-std::vector<SessionRecord> Journal::Impl::sessions() {
-  std::vector<SessionRecord> records;
-  visit_sessions(kNewest, [&](SessionRecord record) {
-    records.push_back(std::move(record));
-    return false;
-  });
-  return records;
-}
-
-void Journal::Impl::visit_sessions(std::int64_t before,
-                                   const std::function<bool(SessionRecord)>& visit) {
-  Statement select(database, (std::string(kSelectSession) + "WHERE id<? ORDER BY id DESC").c_str(),
-                   before);
-  std::int64_t next = std::min(chain.newest_session(), before - 1);
-  const auto is_among_missing_down_to = [&](std::int64_t id) {
-    for (; next > id; --next) {
-      SessionRecord missing;
-      missing.id = next;
-      missing.state = RecordState::kDamaged;
-      if (visit(std::move(missing))) return true;
-    }
-    return false;
-  };
-  while (select.step()) {
-    calib::poll_cancelled();
-    SessionRecord record = session_from(select, false);
-    if (is_among_missing_down_to(record.id)) return;
-    judge(record);
-    if (visit(std::move(record))) return;
-    --next;
-  }
-  is_among_missing_down_to(0);
-}
-
-std::optional<SessionRecord> Journal::Impl::newest_own() {
-  std::optional<SessionRecord> newest;
-  visit_sessions(kNewest, [&](SessionRecord record) {
-    if (record.origin) return false;
-    newest = std::move(record);
-    return true;
-  });
-  return newest;
-}
-
-std::optional<bool> Journal::was_published(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
-  const auto record = impl_->as_stored(session, false);
-  if (!record || record->state != RecordState::kDone || !record->outcome) return std::nullopt;
-  return published(*record->outcome);
-}
-
-bool Journal::may_be_published(std::int64_t session) {
-  if (const auto stated = was_published(session)) return *stated;
-  const std::lock_guard lock(impl_->mutex);
-  if (impl_->chain.is_whole(session)) return false;  // certainly no published calibration
-  Statement select(impl_->database,
-                   "SELECT origin IS NULL AND calibration<>'' FROM session WHERE id=?");
-  return !select.bind(1, session).step() || select.integer(0) != 0;
-}
-
-std::optional<SessionRecord> Journal::session(std::int64_t id) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(id);
-  std::optional<SessionRecord> record = impl_->as_stored(id, true);
-  if (record) impl_->judge(*record);
-  return record;
-}
-
-std::optional<SessionRecord> Journal::newest_own() {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->newest_own();
-}
-
-std::optional<SessionRecord> Journal::newest_resumable() {
-  // Only the newest session: the cell may have been changed since an older one. Imported sessions
-  // belong to another cell.
-  const std::optional<SessionRecord> newest = newest_own();
-  if (!newest || !newest->resumable()) return std::nullopt;
-  return session(newest->id);
-}
-
-// Searches for spheres, recorded before the motion, for a session that starts where one was
-// interrupted.
-
-namespace {
-
 Blob blob_of(const std::vector<calib::JointVector>& postures) {
   Blob blob;
   for (const calib::JointVector& posture : postures)
@@ -194,19 +71,124 @@ std::vector<calib::JointVector> postures(const std::string& bytes, std::int64_t 
 
 }  // namespace
 
+std::string SessionRecord::failure_words(const calib::Language& language) const {
+  return failure_said.empty() ? failure : calib::words(failure_said, language);
+}
+
+RecordState record_state_of(std::string_view text) {
+  return by_own_name<RecordState>(text).value_or(RecordState::kDamaged);
+}
+
+std::optional<SessionRecord> Journal::as_stored(std::int64_t session, bool with_texts) {
+  Statement select(database_, (std::string(kSelectSession) + "WHERE id=?").c_str());
+  if (!select.bind(1, session).step()) return std::nullopt;
+  return session_from(select, with_texts);
+}
+
+void Journal::judge(SessionRecord& record) {
+  if (record.state == RecordState::kRunning && record.id != running_)
+    record.state = RecordState::kInterrupted;
+  if (!chain_.is_whole(record.id)) record.state = RecordState::kDamaged;
+}
+
+std::vector<SessionRecord> Journal::sessions() {
+  return sessions(kNewest, std::numeric_limits<std::size_t>::max());
+}
+
+std::vector<SessionRecord> Journal::sessions(std::int64_t before, std::size_t most) {
+  const std::lock_guard lock(mutex_);
+  std::vector<SessionRecord> records;
+  if (most == 0) return records;
+  visit_sessions(before, [&](SessionRecord record) {
+    records.push_back(std::move(record));
+    return records.size() == most;
+  });
+  return records;
+}
+
+void Journal::visit_sessions(std::int64_t before, const std::function<bool(SessionRecord)>& visit) {
+  Statement select(database_, (std::string(kSelectSession) + "WHERE id<? ORDER BY id DESC").c_str(),
+                   before);
+  std::int64_t next = std::min(chain_.newest_session(), before - 1);
+  const auto is_among_missing_down_to = [&](std::int64_t id) {
+    for (; next > id; --next) {
+      SessionRecord missing;
+      missing.id = next;
+      missing.state = RecordState::kDamaged;
+      if (visit(std::move(missing))) return true;
+    }
+    return false;
+  };
+  while (select.step()) {
+    calib::poll_cancelled();
+    SessionRecord record = session_from(select, false);
+    if (is_among_missing_down_to(record.id)) return;
+    judge(record);
+    if (visit(std::move(record))) return;
+    --next;
+  }
+  is_among_missing_down_to(0);
+}
+
+std::optional<SessionRecord> Journal::newest_own() {
+  const std::lock_guard lock(mutex_);
+  std::optional<SessionRecord> newest;
+  visit_sessions(kNewest, [&](SessionRecord record) {
+    if (record.origin) return false;
+    newest = std::move(record);
+    return true;
+  });
+  return newest;
+}
+
+std::optional<bool> Journal::was_published(std::int64_t session) {
+  const std::lock_guard lock(mutex_);
+  const auto record = as_stored(session, false);
+  if (!record || record->state != RecordState::kDone || !record->outcome) return std::nullopt;
+  return published(*record->outcome);
+}
+
+bool Journal::may_be_published(std::int64_t session) {
+  if (const auto stated = was_published(session)) return *stated;
+  const std::lock_guard lock(mutex_);
+  if (chain_.is_whole(session)) return false;  // certainly no published calibration
+  Statement select(database_, "SELECT origin IS NULL AND calibration<>'' FROM session WHERE id=?");
+  return !select.bind(1, session).step() || select.integer(0) != 0;
+}
+
+std::optional<SessionRecord> Journal::session(std::int64_t id) {
+  if (id < 1) return std::nullopt;  // the chain's 0 is the journal itself
+  const std::lock_guard lock(mutex_);
+  chain_.verify(id);
+  std::optional<SessionRecord> record = as_stored(id, true);
+  if (record) judge(*record);
+  return record;
+}
+
+std::optional<SessionRecord> Journal::newest_resumable() {
+  // Only the newest session: the cell may have been changed since an older one. Imported sessions
+  // belong to another cell.
+  const std::optional<SessionRecord> newest = newest_own();
+  if (!newest || !newest->resumable()) return std::nullopt;
+  return session(newest->id);
+}
+
+// Searches for spheres, recorded before the motion, for a session that starts where one was
+// interrupted.
+
 void Journal::record(std::int64_t session, const RecordSearch& record, const std::string& utc) {
   const calib::SearchUnderWay& search = *record.search;
-  impl_->write([&] {
-    impl_->chain.insert(session, "search", utc, search.target,
-                        search.way.empty() ? 0 : search.way.front().size(), blob_of(search.way),
-                        blob_of({search.end}), blob_of(search.out));
+  write([&] {
+    chain_.insert(session, "search", utc, search.target,
+                  search.way.empty() ? 0 : search.way.front().size(), blob_of(search.way),
+                  blob_of({search.end}), blob_of(search.out));
   });
 }
 
 std::optional<LeftSearch> Journal::search_left() {
-  const std::lock_guard lock(impl_->mutex);
+  const std::lock_guard lock(mutex_);
   Statement select(
-      impl_->database,
+      database_,
       "SELECT search.session, target, axes, way_rad, end_rad, out_rad FROM search "
       "JOIN session ON session.id=search.session WHERE origin IS NULL "
       "AND NOT EXISTS (SELECT 1 FROM touch JOIN session AS later ON later.id=touch.session "
@@ -214,7 +196,7 @@ std::optional<LeftSearch> Journal::search_left() {
       "ORDER BY search.rowid DESC LIMIT 1");
   if (!select.step()) return std::nullopt;
   LeftSearch left{select.integer(0), {}};
-  impl_->chain.verify(left.session);
+  chain_.verify(left.session);
   left.search.target = select.text(1);
   left.search.way = postures(select.text(3), select.integer(2));
   const auto end = postures(select.text(4), select.integer(2));
@@ -226,23 +208,23 @@ std::optional<LeftSearch> Journal::search_left() {
 // Activations (append-only rows) and state of the schedule (one row).
 
 void Journal::activate(const Activation& activation) {
-  impl_->write([&] {
-    impl_->chain.insert(activation.session, "activation", activation.time, activation.who,
-                        activation.reason);
-    impl_->report(activation);
+  write([&] {
+    chain_.insert(activation.session, "activation", activation.time, activation.who,
+                  activation.reason);
+    report(activation);
   });
 }
 
 std::vector<Activation> Journal::activations() {
-  const std::lock_guard lock(impl_->mutex);
+  const std::lock_guard lock(mutex_);
   Statement select(
-      impl_->database,
+      database_,
       "SELECT activation.session, activation.time, who, reason, chain.number, activation.rowid "
       "FROM activation JOIN chain ON chain.kind='activation' AND chain.session=activation.session "
       "AND chain.row=activation.rowid ORDER BY chain.number");
   std::vector<Activation> activations;
   while (select.step()) {
-    if (!impl_->chain.is_whole(select.integer(0), "activation", select.integer(5))) continue;
+    if (!chain_.is_whole(select.integer(0), "activation", select.integer(5))) continue;
     activations.push_back(
         {select.integer(0), select.text(1), select.text(2), select.text(3), select.integer(4)});
   }
@@ -250,15 +232,15 @@ std::vector<Activation> Journal::activations() {
 }
 
 void Journal::store_schedule(const std::string& state) {
-  impl_->write([&] {
-    impl_->database.run("INSERT OR REPLACE INTO schedule (id, state, sum) VALUES (1,?,?)", state,
-                        calib::sha256(state));
+  write([&] {
+    database_.run("INSERT OR REPLACE INTO schedule (id, state, sum) VALUES (1,?,?)", state,
+                  calib::sha256(state));
   });
 }
 
 StoredSchedule Journal::schedule() {
-  const std::lock_guard lock(impl_->mutex);
-  Statement select(impl_->database, "SELECT state, sum FROM schedule");
+  const std::lock_guard lock(mutex_);
+  Statement select(database_, "SELECT state, sum FROM schedule");
   if (!select.step()) return {};
   StoredSchedule stored{select.text(0)};
   const std::string sum = calib::sha256(stored.state);
@@ -270,8 +252,8 @@ StoredSchedule Journal::schedule() {
 }
 
 std::int64_t Journal::last_entry(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->chain.last_entry(session);
+  const std::lock_guard lock(mutex_);
+  return chain_.last_entry(session);
 }
 
 }  // namespace cellcal::daemon

@@ -277,21 +277,21 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   PlantLine plant_line(service, journal, live);
   UnattendedServices unattended(service, journal, live);
   Api api(service, journal, &access, page_answer, &examiner);
-  api.use(unattended.schedule());
-  api.use(plant_line.proposals());
+  api.schedule = &unattended.schedule();
+  api.proposals = &plant_line.proposals();
   FrameStation frames({config.state_dir / "frames.json", [&live] { return to_controller(live); },
                        wall_clock_utc, krl::kAnotherToolMm});
   if (!frames.problem().empty()) spdlog::error("{}", frames.problem());
-  api.use(frames);
-  api.use([&live] { return position_reader(live); });
+  api.frames = &frames;
+  api.position = [&live] { return position_reader(live); };
   DriftWatch drift_watch(journal);
   AdvicePublisher advice(advice_parts(live, drift_watch, service));
-  api.use([&advice] { return advice.status(); });
+  api.advice = [&advice] { return advice.status(); };
   const CellFileStore shelf(config.state_dir / "cells");
-  api.use(shelf);
-  if (config.http) api.use(config.http->cell_folders);
-  api.use(Api::PlantLineStatus([&plant_line] { return plant_line.status(); }));
-  api.use(std::function<RetentionRule()>([&unattended] { return unattended.retention(); }));
+  api.shelf = &shelf;
+  if (config.http) api.cell_folders = config.http->cell_folders;
+  api.plant_line = [&plant_line] { return plant_line.status(); };
+  api.retention = [&unattended] { return unattended.retention(); };
   HttpServer server(
       context, config.socket,
       {[&api](Request& request) { return api.admit_local(request); },

@@ -36,14 +36,19 @@ std::vector<std::string> LiveConfig::reload() {
   return kept;
 }
 
-OnRequest::OnRequest(std::function<void()> act)
-    : thread_([this, act = std::move(act)](const std::stop_token& stop) {
-        std::unique_lock lock(mutex_);
-        while (asked_.wait(lock, stop, [this] { return pending_; })) {
+OnRequest::OnRequest(std::function<void()> act, std::optional<std::chrono::seconds> period)
+    : pending_(period.has_value()),
+      thread_([this, period, act = std::move(act)](const std::stop_token& stop) {
+        const auto asked = [this] { return pending_; };
+        for (std::unique_lock lock(mutex_);; lock.lock()) {
+          if (period)
+            asked_.wait_for(lock, stop, *period, asked);
+          else
+            asked_.wait(lock, stop, asked);
+          if (stop.stop_requested()) return;
           pending_ = false;
           lock.unlock();
           act();
-          lock.lock();
         }
       }) {}
 
@@ -51,6 +56,11 @@ void OnRequest::ask() {
   const std::lock_guard lock(mutex_);
   pending_ = true;
   asked_.notify_all();
+}
+
+void OnRequest::stop() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
 }
 
 }  // namespace cellcal::daemon

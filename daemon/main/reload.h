@@ -1,10 +1,12 @@
 #pragma once
 // Configuration of the running daemon, and the changes of the file that take effect.
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -32,16 +34,19 @@ class LiveConfig {
   std::function<DaemonConfig()> read_;
 };
 
-/// Thread that runs an action on each request, so that the requester never waits for a disk.
+/// Thread that runs an action on each request, so that the requester never waits for a disk; with a period also
+/// at once and after each period.
 class OnRequest {
  public:
-  explicit OnRequest(std::function<void()> act);
+  explicit OnRequest(std::function<void()> act, std::optional<std::chrono::seconds> period = {});
   void ask();
+  /// Returns when the action is not running and will not run again.
+  void stop();
 
  private:
   std::mutex mutex_;
   std::condition_variable_any asked_;
-  bool pending_ = false;
+  bool pending_;
   std::jthread thread_;
 };
 

@@ -64,6 +64,13 @@ void drop_old(SessionService& service, Journal& journal, const DaemonConfig& con
   }
 }
 
+/// Between two passes of the schedule.
+constexpr std::chrono::seconds kPeriod{5};
+
+void pass(Schedule& schedule) try { schedule.update(); } catch (const std::exception& failed) {
+  spdlog::error("schedule: {}", failed.what());
+}
+
 Report alarm_of(const Notice& notice, const std::string& host) {
   const Message words = compose(notice, calib::Language(), host);
   return plant::report_of(plant::AlarmFact{to_string(notice.news), words.subject, words.body});
@@ -114,7 +121,7 @@ UnattendedServices::UnattendedServices(SessionService& service, Journal& journal
                  [this](const Decision& decision) {
                    notifier_.notify([decision, this] { return news_of(decision, journal_); });
                  }}),
-      thread_(schedule_),
+      updates_([this] { pass(schedule_); }, kPeriod),
       housekeeping_([this, &service] { drop_old(service, journal_, *live_.now(), schedule_); }) {
   housekeeping_.ask();
 }
@@ -133,7 +140,7 @@ void UnattendedServices::update(const Status& status) {
 RetentionRule UnattendedServices::retention() const { return rule_of(*live_.now()); }
 
 void UnattendedServices::poke() {
-  thread_.poke();
+  updates_.ask();
   housekeeping_.ask();
 }
 

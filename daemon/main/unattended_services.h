@@ -33,7 +33,7 @@ class UnattendedServices {
   void update(const Status& status);
   void poke();
   /// No session begins afterwards.
-  void stop() { thread_.stop(); }
+  void stop() { updates_.stop(); }
 
  private:
   Journal& journal_;
@@ -41,7 +41,7 @@ class UnattendedServices {
   Notifier notifier_;
   ServiceSessionGateway gateway_;
   Schedule schedule_;
-  ScheduleThread thread_;
+  OnRequest updates_;                  ///< of the schedule
   OnRequest housekeeping_;             ///< applies the retention rule
   std::atomic<bool> reported_{false};  ///< end of the newest session
 };

@@ -92,12 +92,12 @@ Why why_of(const std::string& name);
 
 struct Decision {
   UtcSeconds at = 0;
-  std::string entry;  ///< empty: the whole schedule
-  std::string day;    ///< day on which its window begins; empty: none
+  std::string entry{};  ///< empty: the whole schedule
+  std::string day{};    ///< day on which its window begins; empty: none
   Verb verb = Verb::kWaiting;
   Why why = Why::kNothing;
   std::int64_t session = 0;  ///< 0: none
-  calib::Phrase detail;      ///< evidence: a failure, a file's error, a name
+  calib::Phrase detail{};    ///< evidence: a failure, a file's error, a name
   double figure_s = 0.0;     ///< expected duration, or step of the clock
 
   bool operator==(const Decision&) const = default;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "daemon/files/atomic_file.h"
 #include "daemon/unattended/decision.h"
@@ -36,6 +37,8 @@ double since_boot_s(Schedule::Steady at) {
 }  // namespace
 
 Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.clocks.utc()) {
+  // Where the kernel provides no id each start counts as a boot, and steps of the clock are seen until the next.
+  if (parts_.clocks.boot.empty()) parts_.clocks.boot = fmt::format("{:x}", std::random_device{}());
   bool past_known = true;
   try {
     const StoredSchedule stored = parts_.store.load();
@@ -89,8 +92,7 @@ void Schedule::update() {
 void Schedule::notice_clock(const Inputs& inputs) {
   clock_set_ = false;
   const ClockMark now{parts_.clocks.boot, inputs.now, since_boot_s(inputs.steady)};
-  const bool same_boot = !now.boot.empty() && state_.clock.boot == now.boot;
-  if (!same_boot) {
+  if (now.boot != state_.clock.boot) {
     state_.clock = now;
     if (now.utc < state_.evaluated_until - static_cast<UtcSeconds>(kSetBy_s))
       doubt_clock(inputs, Why::kClockStepped,
@@ -115,12 +117,10 @@ void Schedule::notice_clock(const Inputs& inputs) {
 void Schedule::report_left(const Inputs& inputs) {
   if (inputs.cell.state != Standing::State::kInterrupted || state_.left == inputs.cell.end) return;
   state_.left = inputs.cell.end;
-  Decision decision;
-  decision.at = inputs.now;
-  decision.verb = Verb::kHeld;
-  decision.why = Why::kInterruptedBefore;
-  decision.session = inputs.cell.session;
-  report(std::move(decision));
+  report({.at = inputs.now,
+          .verb = Verb::kHeld,
+          .why = Why::kInterruptedBefore,
+          .session = inputs.cell.session});
 }
 
 bool Schedule::trusts_clock() {
@@ -138,12 +138,7 @@ void Schedule::doubt_clock(const Inputs& inputs, Why why, double set_by_s) {
 void Schedule::report_held(const Inputs& inputs, Why why, double figure_s) {
   dirty_ = true;
   if (!inputs.config.unattended) return;  // time-based sessions are disabled
-  Decision decision;
-  decision.at = inputs.now;
-  decision.verb = Verb::kHeld;
-  decision.why = why;
-  decision.figure_s = figure_s;
-  report(std::move(decision));
+  report({.at = inputs.now, .verb = Verb::kHeld, .why = why, .figure_s = figure_s});
 }
 
 void Schedule::restore_clock_trust(const Inputs& inputs) {
@@ -156,12 +151,10 @@ void Schedule::restore_clock_trust(const Inputs& inputs) {
   if (inputs.steady - *agrees_since_ < kAgreeFor) return;
   state_.clock_doubt.reset();
   dirty_ = true;
-  Decision decision;
-  decision.at = inputs.now;
-  decision.verb = Verb::kReleased;
-  decision.why = Why::kClockAgrees;
-  decision.figure_s = std::chrono::duration<double>(kAgreeFor).count();
-  report(std::move(decision));
+  report({.at = inputs.now,
+          .verb = Verb::kReleased,
+          .why = Why::kClockAgrees,
+          .figure_s = std::chrono::duration<double>(kAgreeFor).count()});
 }
 
 /// Evaluates the newest end for the sessions that may follow.
@@ -214,11 +207,7 @@ Why Schedule::held(const Inputs& inputs, Decision& why) const {
 
 Decision Schedule::of(const Inputs& inputs, const ScheduledSession& entry,
                       const Window& window) const {
-  Decision decision;
-  decision.at = inputs.now;
-  decision.entry = entry.name;
-  decision.day = to_string(window.day);
-  return decision;
+  return {.at = inputs.now, .entry = entry.name, .day = to_string(window.day)};
 }
 
 const Decision* Schedule::newest(const std::string& entry, const std::string& day) const {
@@ -433,9 +422,7 @@ Decision Schedule::begin(const std::string& name) {
   const auto entry =
       std::find_if(inputs.config.sessions.begin(), inputs.config.sessions.end(),
                    [&](const ScheduledSession& one) { return one.name == name && one.on_request; });
-  Decision decision;
-  decision.at = inputs.now;
-  decision.verb = Verb::kRefused;
+  Decision decision{.at = inputs.now, .verb = Verb::kRefused};
   if (entry == inputs.config.sessions.end()) {
     decision.why = Why::kCannotBegin;
     decision.detail = "say.schedule.no_such";
@@ -463,10 +450,8 @@ Decision Schedule::begin(const std::string& name) {
 Decision Schedule::release(const std::string& by) {
   const std::lock_guard lock(deciding_);
   const Inputs inputs = read_inputs();
-  Decision decision;
-  decision.at = inputs.now;
-  decision.verb = Verb::kReleased;
-  decision.detail = {"say.schedule.by", {{"who", by}}};
+  Decision decision{
+      .at = inputs.now, .verb = Verb::kReleased, .detail = {"say.schedule.by", {{"who", by}}}};
   if (inputs.cell.busy) {
     decision.verb = Verb::kRefused;
     decision.why = Why::kBusy;
@@ -484,10 +469,8 @@ Decision Schedule::release(const std::string& by) {
 
 /// Reports each decision once, not in every pass.
 void Schedule::report(Decision decision) {
-  const auto last = std::find_if(
-      state_.decisions.rbegin(), state_.decisions.rend(),
-      [&](const Decision& d) { return d.entry == decision.entry && d.day == decision.day; });
-  const bool again = last != state_.decisions.rend() && decision.verb == Verb::kWaiting &&
+  const Decision* last = newest(decision.entry, decision.day);
+  const bool again = last != nullptr && decision.verb == Verb::kWaiting &&
                      last->verb == decision.verb && last->why == decision.why &&
                      last->session == decision.session && last->detail == decision.detail;
   if (again) return;
@@ -542,8 +525,7 @@ void Schedule::show(const Inputs& inputs) {
   picture.unattended = inputs.config.unattended;
   picture.responsible = inputs.config.responsible;
   picture.resumes = inputs.config.resumes;
-  Decision why;
-  why.verb = Verb::kHeld;
+  Decision why{.verb = Verb::kHeld};
   if (!inputs.cell.busy) why.why = held(inputs, why);
   picture.held = why.why;
   if (why.why != Why::kNothing) picture.held_words = phrase(why);

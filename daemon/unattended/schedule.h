@@ -1,6 +1,6 @@
 #pragma once
 // Decides which unattended session begins, and records its decisions. Evaluated in passes by
-// service_session_gateway.h; clocks and cell are injected.
+// daemon/main/unattended_services.h; clocks and cell are injected.
 //
 // A session begins in a pass where all conditions hold: its window lasts, it is undecided, the
 // configuration names a responsible person, nothing is held, no session is under way, and its expected end
@@ -147,7 +147,7 @@ class Schedule {
   struct Clocks {
     std::function<UtcSeconds()> utc;
     std::function<Steady()> steady;      ///< since boot
-    std::string boot;                    ///< id of this boot; empty: unknown
+    std::string boot;                    ///< id; empty: each start counts as one
     std::function<bool()> synchronised;  ///< the wall clock, with its time source
   };
   /// Storage of the state. Both throw std::exception.

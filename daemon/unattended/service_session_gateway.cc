@@ -1,7 +1,6 @@
 #include "daemon/unattended/service_session_gateway.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <exception>
@@ -55,8 +54,6 @@ SessionKind kind_of(const SessionRecord& record) {
   const auto options = options_in(record.inputs);  // none: not usable
   return options ? options->kind : SessionKind::kCalibrate;
 }
-
-constexpr std::chrono::seconds kPeriod{5};
 
 }  // namespace
 
@@ -165,31 +162,6 @@ double ServiceSessionGateway::foreseen_s(const ScheduledSession& session) {
   }
   if (took_s.empty()) return guess_s(session.kind);
   return kSpare * calib::median(std::move(took_s));
-}
-
-ScheduleThread::ScheduleThread(Schedule& schedule)
-    : thread_([this, &schedule](const std::stop_token& stop) {
-        while (!stop.stop_requested()) {
-          try {
-            schedule.update();
-          } catch (const std::exception& failed) {
-            spdlog::error("schedule: {}", failed.what());
-          }
-          std::unique_lock lock(mutex_);
-          asked_.wait_for(lock, stop, kPeriod, [this] { return pending_; });
-          pending_ = false;
-        }
-      }) {}
-
-void ScheduleThread::poke() {
-  const std::lock_guard lock(mutex_);
-  pending_ = true;
-  asked_.notify_all();
-}
-
-void ScheduleThread::stop() {
-  thread_.request_stop();
-  if (thread_.joinable()) thread_.join();
 }
 
 }  // namespace cellcal::daemon

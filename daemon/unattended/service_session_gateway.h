@@ -1,11 +1,7 @@
 #pragma once
 // The daemon's sessions as seen by the schedule.
 
-#include <condition_variable>
 #include <map>
-#include <mutex>
-#include <stop_token>
-#include <thread>
 #include <vector>
 
 #include "daemon/service/service.h"
@@ -38,23 +34,6 @@ class ServiceSessionGateway final : public SessionGateway {
   std::optional<std::uint64_t> read_at_;  ///< status of the records read
   std::vector<SessionRecord> records_;
   std::map<std::int64_t, std::optional<double>> took_s_;  ///< by session
-};
-
-// Thread that evaluates the schedule every few seconds, and immediately after events.
-
-class ScheduleThread {
- public:
-  explicit ScheduleThread(Schedule& schedule);
-  /// Signals an event. Does not block.
-  void poke();
-  /// Returns when no pass is in progress and none will follow.
-  void stop();
-
- private:
-  std::mutex mutex_;
-  std::condition_variable_any asked_;
-  bool pending_ = false;
-  std::jthread thread_;
 };
 
 }  // namespace cellcal::daemon

@@ -16,9 +16,22 @@ if [ -s "$dir/words" ]; then
   cat "$dir/words" >&2
   exit 1
 fi
-for unit in cellcald cellcal-check cellcal-fleet cellcal-plant; do
-  systemd-analyze security --offline=true --threshold=15 "$dir/$unit.service" >"$dir/security" 2>&1 || {
+# exposure UNIT TENTHS
+exposure() {
+  systemd-analyze security --offline=true --threshold="$2" "$dir/$1.service" >"$dir/security" 2>&1 || {
     tail -5 "$dir/security" >&2
     exit 1
   }
+}
+for unit in cellcal-check cellcal-fleet cellcal-plant; do exposure "$unit" 15; done
+exposure cellcald 20
+# The daemon's schedule reads the boot's id below /proc/sys and the clock's state by adjtimex.
+for denied in '^ProcSubset=pid' '^ProtectClock=yes'; do
+  ! grep -q "$denied" "$dir/cellcald.service" || { echo "cellcald.service: $denied keeps the schedule on hold" >&2; exit 1; }
+done
+# Every night has the timer's time, that of the spring change, too.
+for night in 2027-03-27 2027-03-28; do
+  next=$(TZ=Europe/Vienna systemd-analyze calendar --base-time="$night 12:00" "$(sed -n 's/^OnCalendar=//p' "$1/cellcal-check.timer")")
+  day=$(date -d "$night 1 day" +%F)
+  case $next in *"$day"*) ;; *) echo "cellcal-check.timer: does not elapse on $day: $next" >&2; exit 1 ;; esac
 done

@@ -28,6 +28,44 @@ constexpr std::uint64_t kMostAnswer = 256u << 20;
 /// sun_path holds 108 bytes including the terminator.
 constexpr std::size_t kLongestPath = 107;
 
+bool is_port(std::string_view text) {
+  constexpr std::size_t kDigits = 5;
+  return !text.empty() && text.size() <= kDigits &&
+         text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+bool is_address(int family, const std::string& text) {
+  in6_addr any{};
+  return ::inet_pton(family, text.c_str(), &any) == 1;
+}
+
+/// Decodes %XX (RFC 3986, 2.1); any other % is kept.
+std::string decoded(const std::string& text) {
+  std::string bytes;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char* const digits = text.data() + at + 1;
+    unsigned char byte = 0;
+    const bool escaped = text[at] == '%' && at + 2 < text.size() &&
+                         std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
+    bytes += escaped ? static_cast<char>(byte) : text[at];
+    if (escaped) at += 2;
+  }
+  return bytes;
+}
+
+std::string escaped(const std::string& words) {
+  std::string text;
+  for (const char c : words) {
+    if (c == '\n') {
+      text += "\\n";
+      continue;
+    }
+    if (c == '\\' || c == '"') text += '\\';
+    text += c;
+  }
+  return text;
+}
+
 }  // namespace
 
 void require_socket_path(const std::filesystem::path& socket) {
@@ -77,21 +115,6 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
           std::move(message.body())};
 }
 
-namespace {
-
-bool is_port(std::string_view text) {
-  constexpr std::size_t kDigits = 5;
-  return !text.empty() && text.size() <= kDigits &&
-         text.find_first_not_of("0123456789") == std::string_view::npos;
-}
-
-bool is_address(int family, const std::string& text) {
-  in6_addr any{};
-  return ::inet_pton(family, text.c_str(), &any) == 1;
-}
-
-}  // namespace
-
 bool host_is_ours(const Request& request, const std::vector<std::string>& names) {
   std::string host = calib::lower_case(request.header("host"));
   const std::size_t colon = host.rfind(':');
@@ -128,24 +151,6 @@ const std::string& Request::header(const std::string& name) const {
   const auto found = headers.find(name);
   return found == headers.end() ? kNone : found->second;
 }
-
-namespace {
-
-/// Decodes %XX (RFC 3986, 2.1); any other % is kept.
-std::string decoded(const std::string& text) {
-  std::string bytes;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    const char* const digits = text.data() + at + 1;
-    unsigned char byte = 0;
-    const bool escaped = text[at] == '%' && at + 2 < text.size() &&
-                         std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
-    bytes += escaped ? static_cast<char>(byte) : text[at];
-    if (escaped) at += 2;
-  }
-  return bytes;
-}
-
-}  // namespace
 
 Request parse_target(const std::string& method, const std::string& target, std::string body) {
   Request request{method, target, {}, std::move(body)};
@@ -190,23 +195,6 @@ std::optional<Role> parse_role(std::string_view word) {
   }
   return std::nullopt;
 }
-
-namespace {
-
-std::string escaped(const std::string& words) {
-  std::string text;
-  for (const char c : words) {
-    if (c == '\n') {
-      text += "\\n";
-      continue;
-    }
-    if (c == '\\' || c == '"') text += '\\';
-    text += c;
-  }
-  return text;
-}
-
-}  // namespace
 
 void Exposition::family(const char* name, const char* type, const char* help) {
   family_ = name;

@@ -2,8 +2,16 @@
 
 #include "daemon/api/http/server_impl.h"
 
+#include <fmt/format.h>
 #include <netinet/tcp.h>
+#include <openssl/x509.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <optional>
 
 #include "daemon/api/http/connection_on.h"
@@ -19,7 +27,17 @@ using boost::system::error_code;
 /// A silently lost peer ends its connection after this time without an acknowledgement.
 constexpr int kLongestUnheardMs = 15'000;
 
+/// OpenSSL names no reason of a file that cannot be opened.
+void require_readable(const char* key, const std::filesystem::path& file) {
+  if (::access(file.c_str(), R_OK) == 0) return;
+  throw SocketError(fmt::format(
+      "{} {}: {}. Give a file in PEM that the service's user may read (chgrp cellcal, chmod 640)",
+      key, file.string(), std::strerror(errno)));
+}
+
 asio::ssl::context tls_context(const NetworkAddress& address) {
+  require_readable("tls_certificate", address.tls_certificate);
+  require_readable("tls_key", address.tls_key);
   using Tls = asio::ssl::context;
   Tls tls(Tls::tls_server);
   tls.set_options(Tls::default_workarounds | Tls::no_sslv2 | Tls::no_sslv3 | Tls::no_tlsv1 |
@@ -41,11 +59,23 @@ asio::ssl::context tls_context(const NetworkAddress& address) {
                     "read");
 }
 
+using Written = std::array<std::filesystem::file_time_type, 2>;
+
+/// Of certificate and key.
+Written written_at(const NetworkAddress& address) {
+  std::error_code missing;
+  return {std::filesystem::last_write_time(address.tls_certificate, missing),
+          std::filesystem::last_write_time(address.tls_key, missing)};
+}
+
 class NetworkListener final : public HttpServer::Impl {
  public:
   NetworkListener(asio::io_context& io, const NetworkAddress& address, ServerParts given)
-      : Impl(io, std::move(given)), acceptor_(io) {
-    if (!address.tls_certificate.empty()) tls_.emplace(tls_context(address));
+      : Impl(io, std::move(given)), address_(address), acceptor_(io) {
+    if (!address.tls_certificate.empty()) {
+      tls_written_ = written_at(address);
+      tls_.emplace(tls_context(address));
+    }
     error_code code;
     const tcp::endpoint at(asio::ip::make_address(address.address, code), address.port);
     if (!code) acceptor_.open(at.protocol(), code);
@@ -86,18 +116,40 @@ class NetworkListener final : public HttpServer::Impl {
     ::setsockopt(peer.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kLongestUnheardMs,
                  sizeof kLongestUnheardMs);
     const std::string address = from.address().to_string();
+    if (tls_) renew_tls();
     add(tls_ ? tls_connection(std::move(peer), address, weak_from_this(), *tls_)
              : plain_connection(std::move(peer), address, weak_from_this()));
   }
 
+  /// A renewed certificate counts from the next connection on. Files that do not fit together, as while they are
+  /// replaced, leave the former one.
+  void renew_tls() {
+    const Written now = written_at(address_);
+    if (now == tls_written_) return;
+    tls_written_ = now;
+    try {
+      tls_.emplace(tls_context(address_));
+      spdlog::info("[http]: certificate read again, {}", address_.tls_certificate.string());
+    } catch (const SocketError& error) {
+      spdlog::warn("[http]: the former certificate stays in use: {}", error.what());
+    }
+  }
+
+  NetworkAddress address_;
   tcp::acceptor acceptor_;
   std::optional<asio::ssl::context> tls_;
+  Written tls_written_{};
 };
 
 }  // namespace
 
 void check_tls(const NetworkAddress& address) {
-  if (!address.tls_certificate.empty()) tls_context(address);
+  if (address.tls_certificate.empty()) return;
+  asio::ssl::context tls = tls_context(address);
+  const X509* own = ::SSL_CTX_get0_certificate(tls.native_handle());
+  if (::X509_cmp_current_time(::X509_get0_notAfter(own)) < 0)
+    throw SocketError("tls_certificate " + address.tls_certificate.string() +
+                      ": expired. Renew it; browsers refuse the page until then");
 }
 
 std::shared_ptr<HttpServer::Impl> listen_on(asio::io_context& context,

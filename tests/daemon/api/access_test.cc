@@ -332,7 +332,7 @@ TEST_F(AnApiOnTheNetwork, RefusesNamesThatAreNotItsOwn) {
 }
 
 TEST_F(AnApiOnTheNetwork, MovesNothingBeforeSomebodySaidThatTheCellIsClear) {
-  api.use(std::vector{std::filesystem::path(CELLCAL_DEMO_CELL).parent_path()});
+  api.cell_folders = {std::filesystem::path(CELLCAL_DEMO_CELL).parent_path()};
   const std::string run = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
   const Response early = ask(Role::kOperate, "POST", "/v1/run", run);
   EXPECT_EQ(early.status, 412);
@@ -362,7 +362,7 @@ TEST_F(AnApiOnTheNetwork, NeitherReleasesTheScheduleNorBeginsByItWithoutThatWord
                      {[] { return UtcSeconds{1'800'000'000}; }, std::chrono::steady_clock::now,
                       "boot", [] { return false; }},
                      {}}};
-  api.use(schedule);
+  api.schedule = &schedule;
   const std::string begin = R"({"name": "check"})";
   ASSERT_NE(schedule.picture().held_words, "");
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/release").status, 412);
@@ -391,9 +391,9 @@ TEST_F(AnApiOnTheNetwork, NamesNoFilesOfTheComputerButCellFilesAndItsOwnBackups)
   std::filesystem::copy_file(CELLCAL_DEMO_CELL, other);
   const std::filesystem::path as_link = dir / "cells";
   std::filesystem::create_directory_symlink(cells, as_link);
-  api.use(std::vector{cells, dir.path() / "cells"});
+  api.cell_folders = {cells, dir.path() / "cells"};
   const CellFileStore shelf(dir / "made");
-  api.use(shelf);
+  api.shelf = &shelf;
   const auto answers = [&](const std::filesystem::path& file) {
     const std::string cell = json{{"cell", file}}.dump();
     const std::string asked = "/v1/cell-form?file=" + file.string();

@@ -272,10 +272,10 @@ TEST_F(AnApi, SaysWhereTheTimeOfASessionWent) {
 TEST_F(AnApi, NeverLetsARequestNameAFile) {
   journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t0");
   for (const char* target :
-       {"/v1/sessions/2", "/v1/sessions/-1", "/v1/sessions/", "/v1/sessions/1/", "/v1/sessionsX",
-        "/v1/sessions/1/../../journal.db", "/v1/sessions/1/journal.db", "/v1/sessions/1%2f..",
-        "/v1/sessions/99999999999999999999", "/v1/sessions/1x/report.html",
-        "/v1/sessions//etc/passwd"}) {
+       {"/v1/sessions/0", "/v1/sessions/0/report.html", "/v1/sessions/2", "/v1/sessions/-1",
+        "/v1/sessions/", "/v1/sessions/1/", "/v1/sessionsX", "/v1/sessions/1/../../journal.db",
+        "/v1/sessions/1/journal.db", "/v1/sessions/1%2f..", "/v1/sessions/99999999999999999999",
+        "/v1/sessions/1x/report.html", "/v1/sessions//etc/passwd"}) {
     EXPECT_EQ(ask("GET", target).status, 404) << target;
   }
 }

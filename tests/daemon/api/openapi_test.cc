@@ -90,7 +90,7 @@ struct ADescribedApi : ::testing::Test, testing::WithoutHardware {
     config.sessions[1].on_request = true;
     return config;
   }
-  void SetUp() override { api.use(schedule); }
+  void SetUp() override { api.schedule = &schedule; }
   /// Sends a request, and checks the answer against the description.
   Response ask(const std::string& method, const std::string& target, const std::string& body = "",
                std::string described_path = "") {
@@ -254,7 +254,7 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 0})").status, 400);
   EXPECT_EQ(ask("GET", "/v1/cell-form").status, 404) << "this daemon makes none";
   const CellFileStore shelf(dir / "cells");
-  api.use(shelf);
+  api.shelf = &shelf;
   EXPECT_EQ(ask("GET", "/v1/cell-form").status, 200);
   const std::string form =
       R"({"name": "weld", "form": {"robot": "kr5_r1400", "tool": {"xyz_mm": [60, 50, 410]}, "lengths": [], "spheres": [)"
@@ -378,10 +378,10 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
   EXPECT_EQ(ask("POST", "/v1/position", "").status, 404);
   bool over_eki = false;
   drivers::EkiPosition position;
-  api.use(std::function<Api::ReadPosition()>([&]() -> Api::ReadPosition {
+  api.position = [&]() -> Api::ReadPosition {
     if (!over_eki) return {};
     return [&] { return position; };
-  }));
+  };
   EXPECT_EQ(ask("POST", "/v1/position", "").status, 404) << "it is driven over RSI";
   over_eki = true;
   position.axes_deg.assign(6, 12.5);
@@ -393,7 +393,7 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
   position.trouble = drivers::EkiPositionTrouble::kMoves;
   EXPECT_EQ(ask("POST", "/v1/position", "").status, 409);
   AdviceStatus advice;
-  api.use([&] { return advice; });
+  api.advice = [&] { return advice; };
   EXPECT_TRUE(json::parse(ask("GET", "/v1/drift").body).at("controller").is_null());
   advice.configured = true;
   advice.trouble = "no connection";
@@ -401,7 +401,7 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
   advice = {true, Advice::kRecalibrate, "2026-01-01T00:00:00.000Z", ""};
   EXPECT_EQ(json::parse(ask("GET", "/v1/drift").body)["controller"]["value"], 5);
   EXPECT_EQ(ask("GET", "/v1/frames").status, 404);
-  api.use(frames);
+  api.frames = &frames;
   const std::string read_frame = R"({"frame": "TOOL_DATA[3]"})";
   EXPECT_EQ(ask("POST", "/v1/frames/read", read_frame).status, 404)
       << "the configuration allows none";
@@ -453,11 +453,11 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
   EXPECT_EQ(sent["frames"][1]["outcome"], "unknown");
   EXPECT_EQ(sent["frames"][0]["before"]["xyz_mm"][0], 59.9);
   EXPECT_EQ(ask("GET", "/v1/plant").status, 404) << "it belongs to no plant";
-  api.use(Api::PlantLineStatus([] {
+  api.plant_line = [] {
     const plant::LineStatus line{false, plant::LineProblem::kLogin, "login refused",
                                  "2026-01-01T00:00:00.000Z", 7};
     return plant::LinesStatus{line, line};
-  }));
+  };
   EXPECT_EQ(ask("GET", "/v1/plant").status, 200);
   const auto certify = [&](const std::string& of, const char* body) {
     return ask("POST", "/v1/sessions/" + of + "/certificate", body, "/v1/sessions/{id}/certificate")
@@ -470,7 +470,7 @@ TEST_F(ADescribedApi, AnswersAsItIsDescribed) {
   EXPECT_EQ(ask("GET", "/metrics").status, 200);
   EXPECT_EQ(json::parse(ask("GET", "/v1/proposals").body).at("proposals").size(), 0u)
       << "it belongs to no plant";
-  api.use(proposals);
+  api.proposals = &proposals;
   proposals.take(
       {{"graz", "weld-3"}, "p-1", plant::ProposalKind::kActivate, 7, "", "M. Huber", "drift", "t"},
       "t0");

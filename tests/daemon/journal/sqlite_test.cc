@@ -83,8 +83,8 @@ TEST(AJournal, WhosePagesContradictItsTablesIsRefusedAndLeftAsItIs) {
   const auto path = dir / "j.db";
   { fill(*std::make_unique<Journal>(path), 1); }
   Database(path).execute(
-      "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'words   TEXT', "
-      "'words   INTEGER') WHERE name = 'event'");
+      "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'words TEXT', "
+      "'words INTEGER') WHERE name = 'event'");
   const std::string words = error_of([&] { const Journal journal(path); });
   EXPECT_TRUE(words.starts_with("journal " + path.string() + ": damaged (")) << words;
   EXPECT_NE(words.find("event"), std::string::npos) << words;

@@ -17,9 +17,7 @@ class AChangedCell : public ::testing::Test {
     fixture.start();
   }
 
-  nlohmann::json get(const std::string& path) const {
-    return nlohmann::json::parse(http_request(fixture.socket(), "GET", path).body);
-  }
+  nlohmann::json get(const std::string& path) const { return fixture.get(path); }
 
   static constexpr const char* kCell =
       "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\njerk_deg_s3 = 12000\n"

@@ -145,20 +145,17 @@ TEST_F(ACheck, IsRefusedWithTheWayOutWhereATouchOfTheCalibrationInUseIsAnother) 
 
 TEST_F(ACheck, IsRefusedWhereThereIsNothingToCheck) {
   fixture.start();
-  const auto refused = [&](const nlohmann::json& body, int status, const std::string& words) {
-    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
-    EXPECT_EQ(answer.status, status) << answer.body;
-    EXPECT_NE(answer.body.find(words), std::string::npos) << answer.body;
-  };
-  refused({{"kind", "check"}}, 422, "no published calibration: nothing to check");
-  refused({{"kind", "check"}, {"calibration", 9}}, 422, "session 9 has no published calibration");
-  refused({{"kind", "check"}, {"cell", "/other.toml"}}, 422, "of /other.toml");
-  refused({{"kind", "check"}, {"goal_mm", 0.2}}, 422, "a check has its own touches");
-  refused({{"kind", "check"}, {"calibration", "one"}}, 400, "wrong type");
-  refused({{"kind", "check"}, {"temperature_c", "warm"}}, 400, "wrong type");
-  refused({{"kind", "check"}, {"temperature_c", 300}}, 422, "temperature_c must be -40 to 80");
-  refused({{"cell", CELLCAL_DEMO_CELL}, {"temperature_c", 20}}, 422, "applies to a check");
-  refused({{"cell", CELLCAL_DEMO_CELL}, {"calibration", 1}}, 422, "applies to a check");
+  fixture.refuse({{"kind", "check"}}, 422, "no published calibration: nothing to check");
+  fixture.refuse({{"kind", "check"}, {"calibration", 9}}, 422,
+                 "session 9 has no published calibration");
+  fixture.refuse({{"kind", "check"}, {"cell", "/other.toml"}}, 422, "of /other.toml");
+  fixture.refuse({{"kind", "check"}, {"goal_mm", 0.2}}, 422, "a check has its own touches");
+  fixture.refuse({{"kind", "check"}, {"calibration", "one"}}, 400, "wrong type");
+  fixture.refuse({{"kind", "check"}, {"temperature_c", "warm"}}, 400, "wrong type");
+  fixture.refuse({{"kind", "check"}, {"temperature_c", 300}}, 422,
+                 "temperature_c must be -40 to 80");
+  fixture.refuse({{"cell", CELLCAL_DEMO_CELL}, {"temperature_c", 20}}, 422, "applies to a check");
+  fixture.refuse({{"cell", CELLCAL_DEMO_CELL}, {"calibration", 1}}, 422, "applies to a check");
   EXPECT_EQ(fixture.status()["session"], 0);
 }
 

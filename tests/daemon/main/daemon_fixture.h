@@ -52,8 +52,17 @@ class DaemonFixture {
     arguments.insert(arguments.end(), {"--socket", socket()});
     return run_program(arguments);
   }
-  nlohmann::json status() const {
-    return nlohmann::json::parse(http_request(socket(), "GET", "/v1/status").body);
+  nlohmann::json get(const std::string& path) const {
+    return nlohmann::json::parse(http_request(socket(), "GET", path).body);
+  }
+  nlohmann::json status() const { return get("/v1/status"); }
+  Response begin(const nlohmann::json& session) const {
+    return http_request(socket(), "POST", "/v1/run", session.dump());
+  }
+  void refuse(const nlohmann::json& session, int status, const std::string& words) const {
+    const Response answer = begin(session);
+    EXPECT_EQ(answer.status, status) << answer.body;
+    EXPECT_NE(answer.body.find(words), std::string::npos) << answer.body;
   }
   /// Waits until this many touches are on disk.
   void wait_for_touches(int touches) const {

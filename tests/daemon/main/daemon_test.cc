@@ -110,11 +110,9 @@ TEST(AVirtualSession, BearsTodaysDateOnlyWhereItIsToldTo) {
   for (const bool wall_clock : {false, true}) {
     DaemonFixture fixture(wall_clock ? "[mock]\nwall_clock = true\n" : "");
     fixture.start();
-    http_request(fixture.socket(), "POST", "/v1/run",
-                 nlohmann::json{{"cell", kCell}, {"touches", 6}, {"check", 0}}.dump());
+    fixture.begin({{"cell", kCell}, {"touches", 6}, {"check", 0}});
     fixture.wait_for_touches(1);
-    const auto shown =
-        nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1").body);
+    const auto shown = fixture.get("/v1/sessions/1");
     EXPECT_EQ(shown["started"].get<std::string>().starts_with("2000-01-01T"), !wall_clock);
   }
 }
@@ -222,16 +220,14 @@ TEST(ASession, OfACellFileThatContradictsItselfDoesNotBegin) {
 TEST(AKilledDaemon, LosesNoTouchAndItsSuccessorFinishesTheSession) {
   DaemonFixture fixture;
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", kCell}, {"touches", 12}, {"check", 4}}.dump());
+  fixture.begin({{"cell", kCell}, {"touches", 12}, {"check", 4}});
   fixture.wait_for_touches(5);
   const int before = fixture.status()["touches"];
   fixture.daemon->signal(SIGKILL);
   EXPECT_EQ(fixture.daemon->wait(), 128 + SIGKILL);
 
   fixture.start();
-  const auto sessions =
-      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions").body);
+  const auto sessions = fixture.get("/v1/sessions");
   ASSERT_EQ(sessions.size(), 1u);
   EXPECT_EQ(sessions[0]["state"], "interrupted");
   const std::string words = fixture.cellcal({"status"}).out;
@@ -270,16 +266,14 @@ TEST(ASessionWithAGoal, EndsWhereItIsReachedAndShowsTheWayThere) {
     if (change["u95_mm"].is_number()) worst = std::max(worst, change["u95_mm"].get<double>());
   }
   EXPECT_GT(worst, 0.45);
-  const nlohmann::json listed =
-      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions").body);
+  const nlohmann::json listed = fixture.get("/v1/sessions");
   EXPECT_EQ(listed[0]["planned"], status["touches"]);
 }
 
 TEST(ASessionWithAGoal, ThatWasKilledIsGoneOnWithToTheSameGoal) {
   DaemonFixture fixture;
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", kCell}, {"goal_mm", 0.4}, {"check", 4}}.dump());
+  fixture.begin({{"cell", kCell}, {"goal_mm", 0.4}, {"check", 4}});
   fixture.wait_for_touches(10);
   fixture.daemon->signal(SIGKILL);
   fixture.daemon->wait();
@@ -362,17 +356,9 @@ INSTANTIATE_TEST_SUITE_P(Plans, ASessionWithAPlate,
 TEST(AGoal, OutOfRangeIsRefusedBeforeAnythingBegins) {
   DaemonFixture fixture;
   fixture.start();
-  const Response no = http_request(fixture.socket(), "POST", "/v1/run",
-                                   nlohmann::json{{"cell", kCell}, {"goal_mm", 0.0001}}.dump());
-  EXPECT_EQ(no.status, 422);
-  EXPECT_NE(no.body.find("the goal must be 0.01 to 10 mm"), std::string::npos) << no.body;
-  const Response odd = http_request(fixture.socket(), "POST", "/v1/run",
-                                    nlohmann::json{{"cell", kCell}, {"goal_mm", "small"}}.dump());
-  EXPECT_EQ(odd.status, 400);
-  const Response where =
-      http_request(fixture.socket(), "POST", "/v1/run",
-                   nlohmann::json{{"cell", kCell}, {"goal_mm", 0.3}, {"region", "moon"}}.dump());
-  EXPECT_EQ(where.status, 422);
+  fixture.refuse({{"cell", kCell}, {"goal_mm", 0.0001}}, 422, "the goal must be 0.01 to 10 mm");
+  EXPECT_EQ(fixture.begin({{"cell", kCell}, {"goal_mm", "small"}}).status, 400);
+  EXPECT_EQ(fixture.begin({{"cell", kCell}, {"goal_mm", 0.3}, {"region", "moon"}}).status, 422);
 }
 
 TEST(AClientWithoutATerminal, WritesLinesOfProgressWhereItIsAskedTo) {
@@ -415,8 +401,7 @@ TEST(ASession, LeavesTheQualityOfItsLinksInTheStatus) {
 TEST(AnAbortedSession, KeepsItsTouchesAndCanBeGoneOnWith) {
   DaemonFixture fixture;
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", kCell}, {"touches", 12}, {"check", 4}}.dump());
+  fixture.begin({{"cell", kCell}, {"touches", 12}, {"check", 4}});
   fixture.wait_for_touches(2);
   const Outcome second = fixture.cellcal(run("8", "2"));
   EXPECT_EQ(second.status, 1);
@@ -434,10 +419,7 @@ TEST(AnIdleDaemon, IsNotDeafenedByAPipeAsCellFile) {
   fixture.start();
   const std::string pipe = fixture.dir / "cell.toml";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  const Response no =
-      http_request(fixture.socket(), "POST", "/v1/run", nlohmann::json{{"cell", pipe}}.dump());
-  EXPECT_EQ(no.status, 422);
-  EXPECT_NE(no.body.find("is a pipe; name a file"), std::string::npos) << no.body;
+  fixture.refuse({{"cell", pipe}}, 422, "is a pipe; name a file");
   EXPECT_EQ(fixture.status()["phase"], "idle");
 }
 
@@ -445,10 +427,7 @@ TEST(ADaemon, ThatWasGivenItsJournalAsCellFileKeepsASecondOneOut) {
   DaemonFixture fixture;
   fixture.start();
   const std::string journal = fixture.dir.path() / "state/journal.db";
-  EXPECT_EQ(
-      http_request(fixture.socket(), "POST", "/v1/run", nlohmann::json{{"cell", journal}}.dump())
-          .status,
-      422);
+  EXPECT_EQ(fixture.begin({{"cell", journal}}).status, 422);
   std::ofstream(fixture.dir / "second.toml")
       << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nstate_dir = \""
       << (fixture.dir / "state").string() << "\"\nsocket = \"" << (fixture.dir / "s2").string()
@@ -461,8 +440,7 @@ TEST(ADaemon, ThatWasGivenItsJournalAsCellFileKeepsASecondOneOut) {
 TEST(ASession, WhoseJournalIsRemovedEndsByNameBeforeTheNextTouch) {
   DaemonFixture fixture;
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", kCell}, {"touches", 60}, {"check", 4}}.dump());
+  fixture.begin({{"cell", kCell}, {"touches", 60}, {"check", 4}});
   fixture.wait_for_touches(2);
   std::filesystem::remove(fixture.dir.path() / "state/journal.db");
   const Outcome watched = fixture.cellcal({"watch"});
@@ -475,8 +453,7 @@ TEST(ASession, WhoseJournalIsRemovedEndsByNameBeforeTheNextTouch) {
 TEST(ASession, WhoseEndTheFullDiskDidNotTakeIsGoneOnWith) {
   DaemonFixture fixture;
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", kCell}, {"touches", 40}, {"check", 4}}.dump());
+  fixture.begin({{"cell", kCell}, {"touches", 40}, {"check", 4}});
   fixture.wait_for_touches(2);
   rlimit before{};
   ASSERT_EQ(::prlimit(fixture.daemon->pid(), RLIMIT_FSIZE, nullptr, &before), 0);
@@ -495,8 +472,7 @@ TEST(ASession, WhoseEndTheFullDiskDidNotTakeIsGoneOnWith) {
 TEST(ASignal, AbortsTheSessionWithoutAConnection) {
   DaemonFixture fixture;
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", kCell}, {"touches", 60}, {"check", 4}}.dump());
+  fixture.begin({{"cell", kCell}, {"touches", 60}, {"check", 4}});
   fixture.wait_for_touches(1);
   fixture.daemon->signal(SIGUSR1);
   const Outcome watched = fixture.cellcal({"watch"});
@@ -507,15 +483,13 @@ TEST(ASignal, AbortsTheSessionWithoutAConnection) {
 TEST(ATerminatedDaemon, EndsItsSessionAndItselfWithStatus0) {
   DaemonFixture fixture;
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", kCell}, {"touches", 12}, {"check", 4}}.dump());
+  fixture.begin({{"cell", kCell}, {"touches", 12}, {"check", 4}});
   fixture.wait_for_touches(1);
   fixture.daemon->signal(SIGTERM);
   EXPECT_EQ(fixture.daemon->wait(), 0) << fixture.log();
   EXPECT_FALSE(std::filesystem::exists(fixture.socket()));
   fixture.start();
-  const auto sessions =
-      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions").body);
+  const auto sessions = fixture.get("/v1/sessions");
   EXPECT_EQ(sessions[0]["state"], "aborted");
 }
 

@@ -30,14 +30,11 @@ TEST(ADryRun, GoesTheWayThatTheCalibrationOfTheSameOptionsGoesAndIsNone) {
   const Outcome touched = with_options("run");
   EXPECT_TRUE(touched.status == 0 || touched.status == 3) << touched.err;
 
-  const auto get = [&](const std::string& path) {
-    return nlohmann::json::parse(http_request(fixture.socket(), "GET", path).body);
-  };
-  EXPECT_EQ(get("/v1/sessions/1")["kind"], "dry-run");
-  EXPECT_EQ(get("/v1/sessions/1")["outcome"]["kind"], "nothing_met");
-  EXPECT_EQ(get("/v1/sessions/1")["outcome"]["touches"], 14);
-  EXPECT_EQ(get("/v1/sessions/1")["state"], "done");
-  EXPECT_EQ(get("/v1/sessions/1")["touches"], 0);
+  EXPECT_EQ(fixture.get("/v1/sessions/1")["kind"], "dry-run");
+  EXPECT_EQ(fixture.get("/v1/sessions/1")["outcome"]["kind"], "nothing_met");
+  EXPECT_EQ(fixture.get("/v1/sessions/1")["outcome"]["touches"], 14);
+  EXPECT_EQ(fixture.get("/v1/sessions/1")["state"], "done");
+  EXPECT_EQ(fixture.get("/v1/sessions/1")["touches"], 0);
   EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/1/calibration.json").status, 404);
   const std::string history = fixture.cellcal({"history"}).out;
   EXPECT_NE(history.find("dry run: "), std::string::npos);
@@ -59,9 +56,7 @@ TEST(ADryRun, IsRefusedWhereItCannotBeOne) {
   const auto refused = [&](nlohmann::json body, int status, const std::string& words) {
     body["kind"] = "dry-run";
     if (!body.contains("cell")) body["cell"] = CELLCAL_DEMO_CELL;
-    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
-    EXPECT_EQ(answer.status, status) << answer.body;
-    EXPECT_NE(answer.body.find(words), std::string::npos) << answer.body;
+    fixture.refuse(body, status, words);
   };
   refused({{"goal_mm", 0.2}}, 422, "planned path");
   refused({{"find", true}}, 422, "planned path");
@@ -81,16 +76,14 @@ TEST(ADryRun, IsNeverWhatAnAbortedCalibrationIsGoneOnWith) {
   DaemonFixture fixture(kFast);
   fixture.start();
   const nlohmann::json whole{{"cell", CELLCAL_DEMO_CELL}, {"touches", 40}};
-  ASSERT_EQ(http_request(fixture.socket(), "POST", "/v1/run", whole.dump()).status, 201);
+  ASSERT_EQ(fixture.begin(whole).status, 201);
   fixture.wait_for_touches(2);
   if (http_request(fixture.socket(), "POST", "/v1/abort").status != 202)
     GTEST_SKIP() << "this machine was too slow to abort it before its end";
   while (fixture.status()["running"]) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   for (const char* kind : {"dry-run", "find", "check", "qualify"}) {
-    const nlohmann::json body{{"kind", kind}, {"resume", true}};
-    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
-    EXPECT_EQ(answer.status, 422) << kind << answer.body;
-    EXPECT_NE(answer.body.find("leave kind out"), std::string::npos) << answer.body;
+    SCOPED_TRACE(kind);
+    fixture.refuse({{"kind", kind}, {"resume", true}}, 422, "leave kind out");
   }
   EXPECT_FALSE(fixture.status()["running"]);
 }
@@ -100,7 +93,7 @@ TEST(ADryRun, ThatWasAbortedIsNotResumedAndNamesTheCommandOfANewOne) {
   fixture.start();
   const nlohmann::json whole{
       {"kind", "dry-run"}, {"cell", CELLCAL_DEMO_CELL}, {"touches", 60}, {"seed", 5}};
-  ASSERT_EQ(http_request(fixture.socket(), "POST", "/v1/run", whole.dump()).status, 201);
+  ASSERT_EQ(fixture.begin(whole).status, 201);
   if (http_request(fixture.socket(), "POST", "/v1/abort").status != 202)
     GTEST_SKIP() << "this machine was too slow to abort it before its end";
   while (fixture.status()["running"]) std::this_thread::sleep_for(std::chrono::milliseconds(5));

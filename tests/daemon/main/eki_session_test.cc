@@ -50,8 +50,7 @@ TEST(ASessionOverEkiTwice, GivesTheSameBitsForTheSameSeed) {
 TEST(AnAbortedSessionOverEki, CanBeGoneOnWith) {
   DaemonFixture fixture(over_eki("input"));
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 12}, {"check", 4}}.dump());
+  fixture.begin({{"cell", CELLCAL_DEMO_CELL}, {"touches", 12}, {"check", 4}});
   fixture.wait_for_touches(2);
   const Outcome aborted = fixture.cellcal({"abort"});
   EXPECT_EQ(aborted.status, 0) << aborted.err;

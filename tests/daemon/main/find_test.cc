@@ -25,8 +25,7 @@ TEST(Finding, EndsWithTheCentresOfAllSpheresAsLinesForTheCellFile) {
   EXPECT_NE(outcome.out.find("S1: centre_mm = ["), std::string::npos) << outcome.out;
   EXPECT_EQ(content(CELLCAL_DEMO_CELL), text) << "no file is changed";
 
-  const auto found = nlohmann::json::parse(
-      http_request(fixture.socket(), "GET", "/v1/sessions/1/found.json").body);
+  const auto found = fixture.get("/v1/sessions/1/found.json");
   EXPECT_EQ(found["format"], "cellcal.found/1");
   ASSERT_EQ(found["spheres"].size(), 4u);
   for (const auto& sphere : found["spheres"]) {
@@ -39,8 +38,7 @@ TEST(Finding, EndsWithTheCentresOfAllSpheresAsLinesForTheCellFile) {
     // Stated with a sigma of 10 mm; the emulated spheres are within two of them.
     EXPECT_LT(sphere["moved_mm"].get<double>(), 25.0);
   }
-  const auto shown =
-      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1").body);
+  const auto shown = fixture.get("/v1/sessions/1");
   EXPECT_EQ(shown["kind"], "find");
   EXPECT_EQ(shown["state"], "done");
   EXPECT_EQ(shown["outcome"]["kind"], "found");
@@ -48,6 +46,25 @@ TEST(Finding, EndsWithTheCentresOfAllSpheresAsLinesForTheCellFile) {
   EXPECT_EQ(fixture.status()["outcome"]["kind"], "found");
   EXPECT_TRUE(fixture.status()["publish"].is_null()) << "no calibration is withheld";
   EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/1/calibration.json").status, 404);
+}
+
+TEST(Finding, DoesWithoutTheWarningOfRoughCentresThatASearchByThemHas) {
+  DaemonFixture fixture(kFast);
+  fixture.start();
+  const std::filesystem::path demo(CELLCAL_DEMO_CELL), cell = fixture.dir / "cell.toml";
+  std::filesystem::copy_file(demo.parent_path() / "kr5_worn.toml", fixture.dir / "kr5_worn.toml");
+  std::string text = content(demo);
+  const std::string stated = "centre_sigma_mm = 10.0";
+  text.replace(text.find(stated), stated.size(), "centre_sigma_mm = 12.0");
+  std::ofstream(cell) << text;
+  const Outcome found = fixture.cellcal({"find", "--cell", cell});
+  EXPECT_EQ(found.status, 0) << found.err << fixture.log();
+  EXPECT_TRUE(fixture.status()["warnings"].empty()) << fixture.status()["warnings"];
+  const Outcome run = fixture.cellcal({"run", "--cell", cell, "--touches", "12", "--check", "0"});
+  EXPECT_NE(run.err.find("warning: sphere S1: centre_sigma_mm = 12.0, limit 11.0 mm"),
+            std::string::npos)
+      << run.err;
+  EXPECT_NE(run.err.find("'cellcal run --find'"), std::string::npos) << run.err;
 }
 
 class AFindThatFails : public AChangedCell, public ::testing::WithParamInterface<const char*> {};
@@ -76,7 +93,7 @@ class AFindThatIsLeft : public AChangedCell, public ::testing::WithParamInterfac
     std::filesystem::remove_all(fixture.dir / "state");
     restart("");
     const nlohmann::json body{{"kind", "find"}, {"cell", CELLCAL_DEMO_CELL}};
-    EXPECT_EQ(http_request(fixture.socket(), "POST", "/v1/run", body.dump()).status, 201);
+    EXPECT_EQ(fixture.begin(body).status, 201);
     fixture.wait_for_touches(touches);
     if (GetParam() == Left::kKilled) {
       fixture.daemon->signal(SIGKILL);
@@ -140,9 +157,7 @@ TEST(Finding, HasItsOwnEnd) {
     nlohmann::json body = more;
     body["kind"] = "find";
     body["cell"] = CELLCAL_DEMO_CELL;
-    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
-    EXPECT_EQ(answer.status, 422) << answer.body;
-    EXPECT_NE(answer.body.find("leave goal_mm and touches out"), std::string::npos) << answer.body;
+    fixture.refuse(body, 422, "leave goal_mm and touches out");
   }
 }
 

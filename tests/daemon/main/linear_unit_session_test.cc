@@ -57,9 +57,6 @@ struct TrackFixture : DaemonFixture {
     start();
   }
   std::filesystem::path results() const { return dir.path() / "state/sessions/1"; }
-  nlohmann::json get(const std::string& path) const {
-    return nlohmann::json::parse(http_request(socket(), "GET", path).body);
-  }
 
   std::string cell = dir / "cell.toml";
 };
@@ -128,8 +125,7 @@ TEST(ACheckOnATrack, HoldsNamesTheKnockedToolAndAnUpdateFollowsIt) {
 TEST(AnAbortedSessionOnATrack, CanBeGoneOnWith) {
   TrackFixture fixture("eki");
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", fixture.cell}, {"touches", 24}, {"check", 4}}.dump());
+  fixture.begin({{"cell", fixture.cell}, {"touches", 24}, {"check", 4}});
   fixture.wait_for_touches(2);
   EXPECT_EQ(fixture.cellcal({"abort"}).status, 0);
   const Outcome outcome = fixture.cellcal({"run", "--resume"});

@@ -73,9 +73,7 @@ TEST_F(ASessionWithALoad, IsIdentifiedWithItAndStatesItEverywhere) {
 }
 
 TEST_F(ASessionWithALoad, KeepsItWhenItIsResumed) {
-  http_request(
-      fixture.socket(), "POST", "/v1/run",
-      nlohmann::json{{"cell", cell}, {"touches", 24}, {"check", 4}, {"load", "part"}}.dump());
+  fixture.begin({{"cell", cell}, {"touches", 24}, {"check", 4}, {"load", "part"}});
   fixture.wait_for_touches(2);
   ASSERT_EQ(fixture.cellcal({"abort"}).status, 0);
   const Outcome other = fixture.cellcal({"run", "--resume", "--load", "part"});

@@ -38,12 +38,8 @@ struct HostileBrokerTest : ::testing::Test {
     }
     ASSERT_TRUE(met) << fixture.log() << content(fixture.dir / "plant.log");
   }
-  json plant() const {
-    return json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
-  }
-  json proposals() const {
-    return json::parse(http_request(fixture.socket(), "GET", "/v1/proposals").body)["proposals"];
-  }
+  json plant() const { return fixture.get("/v1/plant"); }
+  json proposals() const { return fixture.get("/v1/proposals")["proposals"]; }
   /// Numbers of all received facts, over all connections.
   std::set<std::int64_t> numbers() const {
     std::set<std::int64_t> all;
@@ -59,8 +55,7 @@ struct HostileBrokerTest : ::testing::Test {
 
 TEST_F(HostileBrokerTest, EndsTheProcessOfTheLineInMidSessionAndTheSessionGoesOn) {
   wait_until([&] { return broker.lines() == 1; });
-  http_request(fixture.socket(), "POST", "/v1/run",
-               json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 60}, {"check", 8}}.dump());
+  fixture.begin({{"cell", CELLCAL_DEMO_CELL}, {"touches", 60}, {"check", 8}});
   int lines = 1;
   for (const std::string& packet : deadly_packets()) {
     fixture.wait_for_touches(5 * lines);
@@ -70,7 +65,7 @@ TEST_F(HostileBrokerTest, EndsTheProcessOfTheLineInMidSessionAndTheSessionGoesOn
     EXPECT_NE(line->working(), before) << "another process";
     ++lines;
   }
-  EXPECT_EQ(json::parse(http_request(fixture.socket(), "GET", "/v1/health").body)["ok"], true);
+  EXPECT_EQ(fixture.get("/v1/health")["ok"], true);
   wait_until([&] { return fixture.status()["phase"] == "done"; });
   EXPECT_EQ(fixture.status()["session"], 1);
   EXPECT_EQ(fixture.status()["interruptions"], 0);

@@ -74,8 +74,7 @@ TEST(ASession, IsToldOfToThePlantWholeInOrderAndOnce) {
     EXPECT_TRUE(alarm == nullptr || alarm->news == "withheld");
   }
   EXPECT_TRUE(presence_in(heard)->mock);
-  const auto stands =
-      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
+  const auto stands = fixture.get("/v1/plant");
   EXPECT_EQ(stands["connected"], true) << stands;
   EXPECT_GE(stands["newest"], static_cast<std::int64_t>(facts.size()));
   EXPECT_EQ(std::ranges::count(plant.all(), "cellcal/graz/weld-3/fact/alarm", &Heard::topic), 1)
@@ -120,8 +119,7 @@ TEST(ASession, IsSeenByASparkplugHostAndNoneBeginsByOne) {
   });
   EXPECT_EQ(fixture.status()["phase"], "done");
   EXPECT_EQ(fixture.status()["session"], 1);
-  const auto stands =
-      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
+  const auto stands = fixture.get("/v1/plant");
   EXPECT_EQ(stands["sparkplug"]["connected"], true) << stands;
   fixture.daemon->signal(SIGTERM);
   EXPECT_EQ(fixture.daemon->wait(), 0);
@@ -135,8 +133,7 @@ TEST(ASession, ThatWasKilledWithoutABrokerIsToldOfWhenThereIsOne) {
   DaemonFixture fixture(plant_of(broker));
   fixture.start();
   Line line(fixture);
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 400}}.dump());
+  fixture.begin({{"cell", CELLCAL_DEMO_CELL}, {"touches", 400}});
   fixture.wait_for_touches(3);
   fixture.daemon->signal(SIGKILL);
   fixture.daemon->wait();
@@ -234,9 +231,7 @@ TEST(ACertificate, ReachesThePlantByteForByteWithWhatVerifiesIt) {
     EXPECT_EQ(again.status, 0) << again.err;
     return again.out;
   };
-  const auto newest = [&] {
-    return nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body)["newest"];
-  };
+  const auto newest = [&] { return fixture.get("/v1/plant")["newest"]; };
   const auto before = newest();
   EXPECT_NE(issue("d", {}).find("already sent to the plant"), std::string::npos);
   EXPECT_EQ(newest(), before) << "it says the same, some time later";

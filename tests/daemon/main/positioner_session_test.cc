@@ -52,9 +52,7 @@ struct PositionerFixture : DaemonFixture {
                           length.from, length.to, 1e3 * length.length_m);
   }
   std::filesystem::path results() const { return dir.path() / "state/sessions/1"; }
-  int run(const nlohmann::json& request) const {
-    return http_request(socket(), "POST", "/v1/run", request.dump()).status;
-  }
+  int run(const nlohmann::json& request) const { return begin(request).status; }
 
   calib::Cell stated = calib::testing::positioner_cell(CELLCAL_POSITIONER_ROBOT);
   std::string cell = dir / "cell.toml";
@@ -149,8 +147,7 @@ TEST_P(ASessionWithAPositioner, EndsInAPublishedResultWithItsAxesWhereTheyAre) {
 
 /// Angles of the positioner in a session's touches, in thousandths of a degree.
 std::set<std::pair<long, long>> settings_in(const PositionerFixture& fixture, int session) {
-  const auto list = nlohmann::json::parse(
-      http_request(fixture.socket(), "GET", fmt::format("/v1/sessions/{}/touches", session)).body);
+  const auto list = fixture.get(fmt::format("/v1/sessions/{}/touches", session));
   std::set<std::pair<long, long>> all;
   for (const auto& touch : list.at("touches")) {
     const auto deg = touch.at("positioner_deg").get<std::vector<double>>();
@@ -196,8 +193,7 @@ TEST_P(ASessionWithAPositioner, ThatWasAbortedGoesOnFromWhereItStands) {
   EXPECT_EQ(fixture.cellcal({"abort"}).status, 0);
   const Outcome outcome = fixture.cellcal({"run", "--resume"});
   EXPECT_TRUE(outcome.status == 0 || outcome.status == 3) << outcome.err << fixture.log();
-  const auto list =
-      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1/touches").body);
+  const auto list = fixture.get("/v1/sessions/1/touches");
   ASSERT_EQ(list.at("touches").size(), 28u);
   EXPECT_EQ(list.at("touches").at(27).at("positioner_deg").size(), 2u);
 }
@@ -305,8 +301,7 @@ TEST(ASessionWithAPositionerOverRsi, TurnsItByIncrementsWhereTheModeIsRelative) 
   fixture.start();
   ASSERT_EQ(fixture.run({{"cell", fixture.cell}, {"touches", 12}, {"check", 0}}), 201);
   fixture.wait_for_touches(11);
-  const auto list =
-      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1/touches").body);
+  const auto list = fixture.get("/v1/sessions/1/touches");
   std::set<long> settings;
   for (const auto& touch : list.at("touches"))
     settings.insert(std::lround(touch.at("positioner_deg").at(1).get<double>()));

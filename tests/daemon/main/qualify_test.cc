@@ -34,7 +34,7 @@ TEST(AQualification, MeasuresTheContactsAndIsNoCalibration) {
   const std::string session = "/v1/sessions/1";
   EXPECT_EQ(http_request(fixture.socket(), "GET", session + "/calibration.json").status, 404);
   EXPECT_EQ(http_request(fixture.socket(), "GET", session + "/qualification.json").status, 200);
-  const auto shown = nlohmann::json::parse(http_request(fixture.socket(), "GET", session).body);
+  const auto shown = fixture.get(session);
   EXPECT_EQ(shown["kind"], "qualify");
   EXPECT_EQ(shown["state"], "done");
   EXPECT_EQ(fixture.status()["kind"], "qualify");
@@ -48,7 +48,7 @@ TEST(AQualification, ThatWasAbortedIsGoneOnWithAsOne) {
   DaemonFixture fixture(kFastAndNoisy);
   fixture.start();
   const nlohmann::json body{{"kind", "qualify"}, {"cell", CELLCAL_DEMO_CELL}};
-  ASSERT_EQ(http_request(fixture.socket(), "POST", "/v1/run", body.dump()).status, 201);
+  ASSERT_EQ(fixture.begin(body).status, 201);
   fixture.wait_for_touches(3);
   if (http_request(fixture.socket(), "POST", "/v1/abort").status != 202)
     GTEST_SKIP() << "this machine was too slow to abort it before its end";
@@ -65,9 +65,7 @@ TEST(AQualification, IsRefusedWhereItCannotBeOne) {
   fixture.start();
   const auto refused = [&](nlohmann::json body, int status, const std::string& words) {
     if (!body.contains("cell")) body["cell"] = CELLCAL_DEMO_CELL;
-    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
-    EXPECT_EQ(answer.status, status) << answer.body;
-    EXPECT_NE(answer.body.find(words), std::string::npos) << answer.body;
+    fixture.refuse(body, status, words);
   };
   refused({{"kind", "qualify"}, {"target", "S9"}}, 422, "There are: S1, S2, S3, S4");
   refused({{"kind", "qualify"}, {"goal_mm", 0.2}}, 422, "a qualification has its own touches");
@@ -82,11 +80,8 @@ TEST(AQualification, IsRefusedWhereItCannotBeOne) {
 TEST(AQualification, NeedsTwoSpeedsToReadTheDelayOff) {
   DaemonFixture fixture("[motion]\nfast_search_mm_s = 2.5\n");
   fixture.start();
-  const nlohmann::json body{{"kind", "qualify"}, {"cell", CELLCAL_DEMO_CELL}};
-  const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
-  EXPECT_EQ(answer.status, 422);
-  EXPECT_NE(answer.body.find("fast_search_mm_s = 2.5 and slow_search_mm_s = 2"), std::string::npos)
-      << answer.body;
+  fixture.refuse({{"kind", "qualify"}, {"cell", CELLCAL_DEMO_CELL}}, 422,
+                 "fast_search_mm_s = 2.5 and slow_search_mm_s = 2");
 }
 
 }  // namespace

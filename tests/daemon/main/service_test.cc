@@ -44,6 +44,12 @@ TEST(ACheckOfTheConfiguration, ReadsCertificateAndKeyAsAStartWould) {
       certificate + " -keyout " + key + " 2>/dev/null";
   ASSERT_EQ(std::system(make.c_str()), 0);
   EXPECT_EQ(check().status, 0);
+  ASSERT_EQ(std::system(("openssl x509 -in " + certificate + " -signkey " + key +
+                         " -days -1 -out " + certificate + " 2>/dev/null")
+                            .c_str()),
+            0);
+  EXPECT_NE(check().err.find(certificate + ": expired"), std::string::npos);
+  ASSERT_EQ(std::system(make.c_str()), 0);
   std::ofstream(key) << "no key";
   const Outcome other = check();
   EXPECT_EQ(other.status, 2) << other.out;
@@ -126,14 +132,9 @@ TEST(AChangedConfiguration, ThatIsWrongChangesNothingAndIsNamedWithItsLine) {
 TEST(ARequest, WithControlCharactersInItIsRefusedAndForgesNothing) {
   DaemonFixture fixture;
   fixture.start();
-  const auto post = [&](const nlohmann::json& body) {
-    return http_request(fixture.socket(), "POST", "/v1/run", body.dump());
-  };
-  const Response cell = post({{"cell", "/a\nsession 7 is done.toml"}});
-  EXPECT_EQ(cell.status, 400) << cell.body;
-  EXPECT_NE(cell.body.find("control characters"), std::string::npos) << cell.body;
-  EXPECT_EQ(post({{"cell", CELLCAL_DEMO_CELL}, {"region", "a\x1b[2J"}}).status, 400);
-  EXPECT_EQ(post({{"cell", "/a\xC2\x85.toml"}}).status, 400);
+  fixture.refuse({{"cell", "/a\nsession 7 is done.toml"}}, 400, "control characters");
+  EXPECT_EQ(fixture.begin({{"cell", CELLCAL_DEMO_CELL}, {"region", "a\x1b[2J"}}).status, 400);
+  EXPECT_EQ(fixture.begin({{"cell", "/a\xC2\x85.toml"}}).status, 400);
   EXPECT_EQ(fixture.log().find("session 7"), std::string::npos);
 }
 

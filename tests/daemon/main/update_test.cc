@@ -91,19 +91,16 @@ TEST_F(AnUpdate, BringsBackACellWhoseToolWasKnockedAndSaysWhereThereIsNothingToD
 
 TEST_F(AnUpdate, IsRefusedWhereThereIsNothingToStandOnOrMoreIsAskedFor) {
   fixture.start();
-  const auto refused = [&](const nlohmann::json& body, int status, const std::string& words) {
-    const Response answer = http_request(fixture.socket(), "POST", "/v1/run", body.dump());
-    EXPECT_EQ(answer.status, status) << answer.body;
-    EXPECT_NE(answer.body.find(words), std::string::npos) << answer.body;
-  };
   const std::string cell = CELLCAL_DEMO_CELL;
-  refused({{"cell", cell}, {"update", true}}, 422, "nothing to update. Run a full session first");
-  refused({{"cell", cell}, {"update", true}, {"goal_mm", 0.2}}, 422,
-          "an update has its own touches");
-  refused({{"cell", cell}, {"update", true}, {"find", true}}, 422, "an update has its own touches");
-  refused({{"resume", true}, {"update", true}}, 422, "an update is not resumed");
-  refused({{"kind", "check"}, {"update", true}}, 422, "applies to a calibration");
-  refused({{"cell", cell}, {"update", "yes"}}, 400, "wrong type");
+  fixture.refuse({{"cell", cell}, {"update", true}}, 422,
+                 "nothing to update. Run a full session first");
+  fixture.refuse({{"cell", cell}, {"update", true}, {"goal_mm", 0.2}}, 422,
+                 "an update has its own touches");
+  fixture.refuse({{"cell", cell}, {"update", true}, {"find", true}}, 422,
+                 "an update has its own touches");
+  fixture.refuse({{"resume", true}, {"update", true}}, 422, "an update is not resumed");
+  fixture.refuse({{"kind", "check"}, {"update", true}}, 422, "applies to a calibration");
+  fixture.refuse({{"cell", cell}, {"update", "yes"}}, 400, "wrong type");
   EXPECT_EQ(fixture.status()["session"], 0);
 }
 

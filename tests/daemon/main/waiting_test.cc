@@ -74,8 +74,7 @@ INSTANTIATE_TEST_SUITE_P(Over, ASessionBeforeItsLinks, ::testing::Values("rsi", 
 
 TEST_P(ASessionBeforeItsLinks, SaysForWhichItWaitsWhatToStartAndHowLong) {
   start(600);
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 4}, {"check", 0}}.dump());
+  fixture.begin({{"cell", CELLCAL_DEMO_CELL}, {"touches", 4}, {"check", 0}});
   const nlohmann::json first = waiting();
   ASSERT_TRUE(first["waiting"].is_object()) << first;
   EXPECT_EQ(first["waiting"]["robot"], true);
@@ -120,10 +119,21 @@ TEST_P(ASessionBeforeItsLinks, IsEndedByACtrlCThatFallsIntoAQuestion) {
   EXPECT_EQ(fixture.status()["phase"], "aborted") << content(fixture.dir / "run.log");
 }
 
+TEST_P(ASessionBeforeItsLinks, IsEndedByACtrlCThatFallsIntoItsRequest) {
+  start(600);
+  fixture.daemon->signal(SIGSTOP);
+  Background run_command(run(), fixture.dir / "run.log");
+  std::this_thread::sleep_for(std::chrono::milliseconds(1000));  // the request is pending
+  run_command.signal(SIGINT);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  fixture.daemon->signal(SIGCONT);
+  EXPECT_EQ(run_command.wait(), 1);
+  EXPECT_EQ(fixture.status()["phase"], "aborted") << content(fixture.dir / "run.log");
+}
+
 TEST_P(ASessionBeforeItsLinks, IsLeftAloneByCtrlCInWatch) {
   start(600);
-  http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 4}, {"check", 0}}.dump());
+  fixture.begin({{"cell", CELLCAL_DEMO_CELL}, {"touches", 4}, {"check", 0}});
   ASSERT_TRUE(waiting()["waiting"].is_object());
   Background watch({CELLCAL, "watch", "--socket", fixture.socket()}, fixture.dir / "watch.log");
   std::this_thread::sleep_for(std::chrono::milliseconds(500));

@@ -273,6 +273,22 @@ TEST_F(ASchedule, HoldsBehindAStartOfTheComputerWithoutATimeSource) {
   EXPECT_EQ(cell.begun.size(), 1u) << "a release holds until the computer is started again";
 }
 
+TEST_F(ASchedule, IsReleasedUntilItsNextStartWhereTheKernelProvidesNoIdOfTheBoot) {
+  synchronised = false;
+  boot = "";
+  restart();
+  pass(5);
+  EXPECT_EQ(schedule->picture().held, Why::kClockNotSynchronised);
+  schedule->release("A. Miller");
+  pass(5);
+  EXPECT_EQ(schedule->picture().held, Why::kNothing);
+  utc += 3 * kHour;
+  EXPECT_FALSE(schedule->trusts_clock()) << "a step is seen";
+  schedule->release("A. Miller");
+  restart();
+  EXPECT_FALSE(schedule->trusts_clock());
+}
+
 TEST_F(ASchedule, NoticesAClockThatWasSetWhileTheDaemonWasNotRunning) {
   pass(5);
   utc += 10 * kHour + 600;
