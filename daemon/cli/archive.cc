@@ -145,6 +145,12 @@ int replay_session(const Connection& daemon, const std::string& which) {
 int back_up(const Connection& daemon, const fs::path& file) {
   const Response response =
       ask(daemon, "POST", "/v1/backup", json{{"file", fs::absolute(file).string()}}.dump());
+  if (is_missing(file))
+    throw std::runtime_error(
+        file.string() +
+        ": written where only the daemon sees it; the service has a /tmp of its own. Name a file "
+        "elsewhere, such as /var/lib/cellcal/" +
+        file.filename().string());
   if (daemon.json) {
     put(response.body + "\n", {});
     return kSuccess;

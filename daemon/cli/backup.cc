@@ -80,17 +80,6 @@ Backup read_zip(const fs::path& path) {
   return backup;
 }
 
-}  // namespace
-
-bool is_of_the_controllers_side(const std::string& path) {
-  std::string all = "/" + calib::krl::lower_case(path);
-  std::replace(all.begin(), all.end(), '\\', '/');
-  return all.find("/steu/") != std::string::npos ||
-         all.find("/roboter/template/") != std::string::npos;
-}
-
-namespace {
-
 /// The controller's side has others of these names.
 bool is_of_the_arm(const std::string& path) {
   static const std::set<std::string> names = {"$machine.dat", "$robcor.dat", "$config.dat",
@@ -109,7 +98,54 @@ void refuse_two_robots(const std::string& place, const std::vector<KrlFile>& fil
   }
 }
 
+struct CloseZip {
+  void operator()(zip_t* archive) const { zip_discard(archive); }
+  void operator()(zip_file_t* file) const { zip_fclose(file); }
+};
+using ZipArchive = std::unique_ptr<zip_t, CloseZip>;
+
+ZipArchive open_zip(std::string_view bytes, const std::string& name) {
+  // libzip takes it for an archive without files.
+  if (bytes.empty()) throw calib::FileError(name, ": empty (0 bytes). Copy it again");
+  zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, nullptr);
+  zip_t* archive = source == nullptr
+                       ? nullptr
+                       : zip_open_from_source(source, ZIP_RDONLY | ZIP_CHECKCONS, nullptr);
+  if (archive != nullptr) return ZipArchive(archive);
+  zip_source_free(source);
+  throw calib::FileError(
+      name,
+      bytes.starts_with("PK")
+          ? ": not a ZIP archive, or damaged. Copy it again"
+          : ": neither folder nor ZIP archive. Unpack other archives (.rar, .7z) and give the "
+            "folder; a single program goes to --program");
+}
+
+/// Throws FileError unless the file is complete and of the stated size and checksum.
+std::string unpacked(zip_t* archive, const zip_stat_t& file, const std::string& name) {
+  const std::string path = calib::shown(file.name);
+  if (file.encryption_method != ZIP_EM_NONE)
+    throw calib::FileError(name, ": " + path + " is encrypted. Save it without a password");
+  const std::unique_ptr<zip_file_t, CloseZip> open(zip_fopen_index(archive, file.index, 0));
+  if (open == nullptr)
+    throw calib::FileError(name, fmt::format(": {} (method {}) cannot be unpacked: {}", path,
+                                             file.comp_method, zip_strerror(archive)));
+  std::string text(file.size, '\0');
+  char beyond = 0;  // the checksum is compared at the end of the file
+  if (zip_fread(open.get(), text.data(), text.size()) != static_cast<zip_int64_t>(text.size()) ||
+      zip_fread(open.get(), &beyond, 1) != 0)
+    throw calib::FileError(name, ": " + path + " is damaged. Copy the archive again");
+  return text;
+}
+
 }  // namespace
+
+bool is_of_the_controllers_side(const std::string& path) {
+  std::string all = "/" + calib::krl::lower_case(path);
+  std::replace(all.begin(), all.end(), '\\', '/');
+  return all.find("/steu/") != std::string::npos ||
+         all.find("/roboter/template/") != std::string::npos;
+}
 
 Backup read_backup(const fs::path& place) {
   Backup backup = fs::is_directory(place) ? read_folder(place) : read_zip(place);
@@ -156,50 +192,6 @@ calib::MachineData read_machine_files(const std::vector<fs::path>& places) {
     fmt::print(stderr, "warning: {}\n", two);
   return data;
 }
-
-namespace {
-
-struct CloseZip {
-  void operator()(zip_t* archive) const { zip_discard(archive); }
-  void operator()(zip_file_t* file) const { zip_fclose(file); }
-};
-using ZipArchive = std::unique_ptr<zip_t, CloseZip>;
-
-ZipArchive open_zip(std::string_view bytes, const std::string& name) {
-  // libzip takes it for an archive without files.
-  if (bytes.empty()) throw calib::FileError(name, ": empty (0 bytes). Copy it again");
-  zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, nullptr);
-  zip_t* archive = source == nullptr
-                       ? nullptr
-                       : zip_open_from_source(source, ZIP_RDONLY | ZIP_CHECKCONS, nullptr);
-  if (archive != nullptr) return ZipArchive(archive);
-  zip_source_free(source);
-  throw calib::FileError(
-      name,
-      bytes.starts_with("PK")
-          ? ": not a ZIP archive, or damaged. Copy it again"
-          : ": neither folder nor ZIP archive. Unpack other archives (.rar, .7z) and give the "
-            "folder; a single program goes to --program");
-}
-
-/// Throws FileError unless the file is complete and of the stated size and checksum.
-std::string unpacked(zip_t* archive, const zip_stat_t& file, const std::string& name) {
-  const std::string path = calib::shown(file.name);
-  if (file.encryption_method != ZIP_EM_NONE)
-    throw calib::FileError(name, ": " + path + " is encrypted. Save it without a password");
-  const std::unique_ptr<zip_file_t, CloseZip> open(zip_fopen_index(archive, file.index, 0));
-  if (open == nullptr)
-    throw calib::FileError(name, fmt::format(": {} (method {}) cannot be unpacked: {}", path,
-                                             file.comp_method, zip_strerror(archive)));
-  std::string text(file.size, '\0');
-  char beyond = 0;  // the checksum is compared at the end of the file
-  if (zip_fread(open.get(), text.data(), text.size()) != static_cast<zip_int64_t>(text.size()) ||
-      zip_fread(open.get(), &beyond, 1) != 0)
-    throw calib::FileError(name, ": " + path + " is damaged. Copy the archive again");
-  return text;
-}
-
-}  // namespace
 
 std::vector<ZippedFile> unzip(std::string_view bytes, const std::string& name,
                               const std::function<bool(std::string_view)>& wanted,

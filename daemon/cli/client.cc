@@ -32,12 +32,19 @@ using nlohmann::json;
 /// Smooth to the eye at negligible load of the daemon.
 constexpr std::chrono::milliseconds kPollInterval{200};
 
-/// The daemon answers an abort at once, and its status within a second on a busy computer.
-constexpr std::chrono::seconds kLongestAbort{3}, kLongestStatus{10};
+/// The daemon answers an abort at once, its status within a second on a busy computer, and a run when the devices of the
+/// session before are closed.
+constexpr std::chrono::seconds kLongestAbort{3}, kLongestStatus{10}, kLongestRun{60};
 
 volatile std::sig_atomic_t g_detached = 0;
 
-void on_interrupt(int) { g_detached = 1; }
+/// From now on Ctrl-C sets g_detached.
+void catch_interrupts() {
+  struct sigaction interrupt {};
+  interrupt.sa_handler = [](int) { g_detached = 1; };
+  interrupt.sa_flags = SA_RESTART;  // a pending request to the daemon is completed
+  ::sigaction(SIGINT, &interrupt, nullptr);
+}
 
 /// How to go on after a session that is not done.
 calib::Phrase then_of(const json& session) {
@@ -189,9 +196,18 @@ bool before_motion(const json& status) {
   return phase == "planning" || phase == "connecting";
 }
 
+json request_abort(const Connection& daemon) try {
+  return parse(ask(daemon, "POST", "/v1/abort", "", kLongestAbort));
+} catch (const ClientSocketError& silent) {
+  throw ClientSocketError({"say.cli.may_move", {{"words", silent.sentence}}});
+}
+
 /// Ends a session before its first motion; a motion begun meanwhile is stopped.
 int end_session(const Connection& daemon, std::int64_t session) {
-  http_request(daemon.socket, "POST", "/v1/abort");  // 409: the session has already ended
+  try {
+    request_abort(daemon);
+  } catch (const DaemonRefusal&) {  // the session has already ended
+  }
   json status = get(daemon, "/v1/status");
   while (is_running(status) && number(status, "session") == session) {
     std::this_thread::sleep_for(kPollInterval);
@@ -213,10 +229,7 @@ std::vector<std::string> warnings_of(const json& status) {
 
 /// Follows a session to its end, or to Ctrl-C.
 int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, Shows shows) {
-  struct sigaction interrupt {};
-  interrupt.sa_handler = on_interrupt;
-  interrupt.sa_flags = SA_RESTART;  // a pending request to the daemon is completed
-  ::sigaction(SIGINT, &interrupt, nullptr);
+  catch_interrupts();
   ProgressDisplay display(shows);
   json status;
   std::size_t warned = 0;
@@ -397,12 +410,6 @@ json body_of(const RunRequest& request) {
   return body;
 }
 
-/// False where the daemon's folder cannot be looked into.
-bool is_missing(const std::filesystem::path& path) {
-  std::error_code unknown;
-  return !std::filesystem::exists(path, unknown) && !unknown;
-}
-
 /// As conclude() has it, where nothing more is to be printed.
 int status_of_end(const json& status) {
   const std::string phase = text_in(status, "phase");
@@ -422,8 +429,9 @@ int run(const Connection& daemon, const RunRequest& request, bool or_full) {
     for (const char* key :
          {"touches", "goal_mm", "region", "find", "accept_change", "check", "seed"})
       body.erase(key);
+  catch_interrupts();  // the arm may move from the request on
   const std::int64_t session =
-      number(parse(ask(daemon, "POST", "/v1/run", body.dump())), "session");
+      number(parse(ask(daemon, "POST", "/v1/run", body.dump(), kLongestRun)), "session");
   const int status = follow(daemon, session, BeforeMotion::kCtrlCEnds,
                             daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
   if (or_full && g_detached != 0) fmt::print(stderr, "{}", said("say.cli.no_full_session"));
@@ -435,7 +443,7 @@ int run(const Connection& daemon, const RunRequest& request, bool or_full) {
 }
 
 int show_status(const Connection& daemon) {
-  const json status = get(daemon, "/v1/status");
+  const json status = get(daemon, "/v1/status", kLongestStatus);
   std::string words = status_words(status);
   if (const std::int64_t session = number(status, "session");
       !daemon.json && text_in(status, "phase") == "done" && text_in(status, "kind") == "calibrate")
@@ -445,7 +453,7 @@ int show_status(const Connection& daemon) {
 }
 
 int watch(const Connection& daemon) {
-  const json status = get(daemon, "/v1/status");
+  const json status = get(daemon, "/v1/status", kLongestStatus);
   if (!is_running(status) && number(status, "session") == 0) return show_status(daemon);
   if (!daemon.json)
     return follow(daemon, number(status, "session"), BeforeMotion::kCtrlCDetaches, Shows::kView);
@@ -468,13 +476,7 @@ int watch(const Connection& daemon) {
 }
 
 int abort(const Connection& daemon) {
-  const json answer = [&] {
-    try {
-      return parse(ask(daemon, "POST", "/v1/abort", "", kLongestAbort));
-    } catch (const ClientSocketError& silent) {
-      throw ClientSocketError({"say.cli.may_move", {{"words", silent.sentence}}});
-    }
-  }();
+  const json answer = request_abort(daemon);
   json status = get(daemon, "/v1/status");
   while (is_running(status)) {
     std::this_thread::sleep_for(kPollInterval);
@@ -573,6 +575,11 @@ json parse(const Response& response) {
   json value = calib::parse_json(response.body);
   if (value.is_discarded()) throw ClientSocketError("say.socket.no_json");
   return value;
+}
+
+bool is_missing(const std::filesystem::path& path) {
+  std::error_code unknown;
+  return !std::filesystem::exists(path, unknown) && !unknown;
 }
 
 Response ask(const Connection& daemon, const char* method, const std::string& target,

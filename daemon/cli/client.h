@@ -57,6 +57,9 @@ std::string in_language(const Connection& daemon, const std::string& target);
 nlohmann::json get(const Connection& daemon, const std::string& target,
                    std::chrono::milliseconds most = {});
 
+/// False where the daemon's folder cannot be looked into.
+bool is_missing(const std::filesystem::path& path);
+
 /// Login name, also under sudo; printable.
 std::string user_name();
 

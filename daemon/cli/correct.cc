@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <tuple>
@@ -88,10 +89,13 @@ std::string point_words(const CorrectedPoint& p) {
         {"u95", p.u95_mm}}});
 }
 
+calib::Phrase name_of_tool(int number) {
+  return number < 0 ? calib::Phrase("say.correct.tool.text")
+                    : calib::Phrase("say.correct.tool", {{"n", number}});
+}
+
 std::string tool_words(const krl::ToolUsed& tool) {
-  const calib::Phrase tool_name = tool.number < 0
-                                      ? calib::Phrase("say.correct.tool.text")
-                                      : calib::Phrase("say.correct.tool", {{"n", tool.number}});
+  const calib::Phrase tool_name = name_of_tool(tool.number);
   const calib::Phrase name = tool.cells && tool.other_load()
                                  ? calib::Phrase("say.correct.tool.and_load",
                                                  {{"tool", tool_name}, {"load", load_name(tool)}})
@@ -102,10 +106,25 @@ std::string tool_words(const krl::ToolUsed& tool) {
                {{"tool", name}, {"load", tool.load_name.empty() ? "LOAD_DATA" : tool.load_name}}});
 }
 
+/// Largest u95 of each tool's points.
+std::string bounds_words(const std::vector<CorrectedPoint>& points) {
+  std::map<int, std::pair<int, double>> bounds;
+  for (const CorrectedPoint& point : points) {
+    auto& [count, u95_mm] = bounds[point.tool];
+    ++count;
+    u95_mm = std::max(u95_mm, point.u95_mm);
+  }
+  std::string text;
+  for (const auto& [tool, bound] : bounds)
+    text += said({"say.correct.tool.u95",
+                  {{"mm", bound.second}, {"n", bound.first}, {"tool", name_of_tool(tool)}}});
+  return text;
+}
+
 std::string report(const CorrectedProgram& result, const std::string& written) {
   std::string text = said("say.correct.head");
   for (const CorrectedPoint& p : result.points) text += point_words(p) + "\n";
-  text += stated_words(result.tools, result.left, result.robroot_stated);
+  text += stated_words(result);
   const CorrectedPoint* largest = result.largest();
   text += said(largest == nullptr
                    ? calib::Phrase("say.correct.no_point")
@@ -153,16 +172,94 @@ void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
              say({"say.correct.refused.nothing", {{"instead", instead_of(result.refusals)}}}));
 }
 
+/// Arm and accuracy by the given files of the controller; of a backup by all that could state them.
+calib::MachineData stated_arm(const CorrectCommand& command) {
+  calib::MachineData data;
+  const auto scan = [&](const KrlFile& file) {
+    (is_of_the_controllers_side(file.name) ? calib::read_absolute_accuracy : calib::read_arm)(
+        file.text, file.name, data);
+  };
+  for (const fs::path& path : command.controller)
+    if (!is_src(path)) scan(read(path));
+  if (!command.backup.empty())
+    for (const KrlFile& file : read_backup(command.backup).files)
+      if (may_state_accuracy(file.name)) scan(file);
+  return data;
+}
+
+/// Points with the bit of absolute accuracy, where nothing states whether the controller computes by it.
+calib::Phrase taught_by_another_model(const CorrectCommand& command, const calib::Robot& robot,
+                                      const std::vector<CorrectedPoint>& points) {
+  const auto first = std::ranges::find_if(points, &CorrectedPoint::taught_accurately);
+  if (first == points.end() || command.nominal_controller ||
+      robot.absolute_accuracy != calib::AbsoluteAccuracy::kNotStated ||
+      stated_arm(command).absolute_accuracy() != calib::AbsoluteAccuracy::kNotStated)
+    return {};
+  return {"say.correct.taught_accurately",
+          {{"n", std::ranges::count_if(points, &CorrectedPoint::taught_accurately)},
+           {"name", calib::shown(first->name)},
+           {"file", calib::shown(first->file, 120)},
+           {"line", first->line}}};
+}
+
+/// Lengths that differ: "$LENGTH_A 350.000 mm (260.000)"; empty: none that the files state.
+std::string other_lengths(const calib::MachineData& data, const calib::Robot& robot) {
+  if (!has_an_arm(data) || robot.joints.size() - robot.first_turning() != data.axes.size())
+    return {};
+  std::string all;
+  for (const calib::LengthDifference& one : calib::differences(data, robot)) {
+    // An arm that such lengths do not describe has none to compare.
+    if (one.variable.empty() && !calib::differences({}, robot).empty()) return {};
+    const auto mm = [](double m) { return fmt::format("{:.3f}", m * calib::kMmPerM); };
+    all += (all.empty() ? "" : ", ") +
+           (one.variable.empty()
+                ? "$AXIS_DIR"
+                : one.variable + " " + mm(one.controller_m) + " mm (" + mm(one.robot_m) + ")");
+  }
+  return all;
+}
+
+/// Why the controller would not go to corrected points by the robot file's model; empty: it does.
+calib::Phrase other_model(const CorrectCommand& command, const calib::Calibration& calibration) {
+  const calib::Robot& robot = calibration.cell.robot;
+  const auto because = [](calib::Phrase why) {
+    return calib::Phrase{"say.correct.other_model", {{"why", std::move(why)}}};
+  };
+  const auto& findings = calibration.verdict.findings;
+  if (const auto* found = calib::first(findings, calib::FindingKind::kControllerModel))
+    return because(calib::phrase(*found));
+  if (robot.absolute_accuracy == calib::AbsoluteAccuracy::kActive)
+    return because("say.correct.other_model.robot_file");
+  if (robot.absolute_accuracy == calib::AbsoluteAccuracy::kInFile) return {};
+  const calib::MachineData stated = stated_arm(command);
+  if (stated.absolute_accuracy() == calib::AbsoluteAccuracy::kActive)
+    return because("say.correct.other_model.controller");
+  const std::string lengths = other_lengths(stated, robot);
+  if (lengths.empty()) return {};
+  return {"say.correct.other_arm", {{"lengths", lengths}, {"robot", robot.name}}};
+}
+
+/// Corrected points are those to which the nominal arm's inverse leads; angles are not concerned.
+bool refused_by_model(const CorrectCommand& command, const calib::Calibration& calibration) {
+  if (command.nominal_controller || !command.poses.empty()) return false;
+  const calib::Phrase why = other_model(command, calibration);
+  if (why.empty()) return false;
+  fmt::print(stderr, "{}\n", say(why));
+  return true;
+}
+
+/// Corrects KRL programs taught on an arm that is not the nominal one.
+int correct_taught(const CorrectCommand& command, const calib::Calibration& calibration,
+                   const calib::Calibration* from) {
+  return command.backup.empty() ? correct_krl(command, calibration, from)
+                                : correct_backup_files(command, calibration, from);
+}
+
 }  // namespace
 
 std::vector<std::string> upper(std::vector<std::string> names) {
   for (std::string& name : names) name = calib::krl::upper_case(std::move(name));
   return names;
-}
-
-std::string json_text(const nlohmann::json& all) {
-  // Paths as typed by the user, in any encoding.
-  return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 krl::ProgramFiles read_program_files(const fs::path& program, const fs::path& dat,
@@ -198,13 +295,13 @@ krl::CorrectionOptions correction_options(const CorrectCommand& command,
   return options;
 }
 
-std::string stated_words(const std::vector<krl::ToolUsed>& tools,
-                         const std::vector<krl::LeftPoint>& left, bool robroot_stated) {
+std::string stated_words(const krl::Corrected& result) {
   std::string text;
-  for (const krl::ToolUsed& tool : tools) text += tool_words(tool);
-  for (const krl::LeftPoint& one : left)
+  for (const krl::ToolUsed& tool : result.tools) text += tool_words(tool);
+  text += bounds_words(result.points);
+  for (const krl::LeftPoint& one : result.left)
     text += said({"say.correct.left", {{"name", calib::shown(one.name)}, {"why", one.why}}});
-  return robroot_stated ? text : text + said("say.correct.robroot");
+  return result.robroot_stated ? text : text + said("say.correct.robroot");
 }
 
 nlohmann::json left_json(const std::vector<krl::LeftPoint>& left) {
@@ -291,40 +388,6 @@ int print_refused_modules(const std::vector<std::vector<krl::Refusal>>& of_movin
   return kNotPublishable;
 }
 
-namespace {
-
-/// Arm and accuracy by the given files of the controller; of a backup by all that could state them.
-calib::MachineData stated_arm(const CorrectCommand& command) {
-  calib::MachineData data;
-  const auto scan = [&](const KrlFile& file) {
-    (is_of_the_controllers_side(file.name) ? calib::read_absolute_accuracy : calib::read_arm)(
-        file.text, file.name, data);
-  };
-  for (const fs::path& path : command.controller)
-    if (!is_src(path)) scan(read(path));
-  if (!command.backup.empty())
-    for (const KrlFile& file : read_backup(command.backup).files)
-      if (may_state_accuracy(file.name)) scan(file);
-  return data;
-}
-
-/// Points with the bit of absolute accuracy, where nothing states whether the controller computes by it.
-calib::Phrase taught_by_another_model(const CorrectCommand& command, const calib::Robot& robot,
-                                      const std::vector<CorrectedPoint>& points) {
-  const auto first = std::ranges::find_if(points, &CorrectedPoint::taught_accurately);
-  if (first == points.end() || command.nominal_controller ||
-      robot.absolute_accuracy != calib::AbsoluteAccuracy::kNotStated ||
-      stated_arm(command).absolute_accuracy() != calib::AbsoluteAccuracy::kNotStated)
-    return {};
-  return {"say.correct.taught_accurately",
-          {{"n", std::ranges::count_if(points, &CorrectedPoint::taught_accurately)},
-           {"name", calib::shown(first->name)},
-           {"file", calib::shown(first->file, 120)},
-           {"line", first->line}}};
-}
-
-}  // namespace
-
 nlohmann::json warned(std::vector<calib::Phrase> warnings, const CorrectCommand& command,
                       const calib::Robot& robot, const std::vector<CorrectedPoint>& points) {
   if (auto one = taught_by_another_model(command, robot, points); !one.empty())
@@ -361,63 +424,6 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
     fmt::print(stderr, "{}\n", say({"say.correct.no_motion_point", {{"n", result.motions}}}));
   return nothing ? kNotPublishable : kSuccess;
 }
-
-namespace {
-
-/// Lengths that differ: "$LENGTH_A 350.000 mm (260.000)"; empty: none that the files state.
-std::string other_lengths(const calib::MachineData& data, const calib::Robot& robot) {
-  if (!has_an_arm(data) || robot.joints.size() - robot.first_turning() != data.axes.size())
-    return {};
-  std::string all;
-  for (const calib::LengthDifference& one : calib::differences(data, robot)) {
-    // An arm that such lengths do not describe has none to compare.
-    if (one.variable.empty() && !calib::differences({}, robot).empty()) return {};
-    const auto mm = [](double m) { return fmt::format("{:.3f}", m * calib::kMmPerM); };
-    all += (all.empty() ? "" : ", ") +
-           (one.variable.empty()
-                ? "$AXIS_DIR"
-                : one.variable + " " + mm(one.controller_m) + " mm (" + mm(one.robot_m) + ")");
-  }
-  return all;
-}
-
-/// Why the controller would not go to corrected points by the robot file's model; empty: it does.
-calib::Phrase other_model(const CorrectCommand& command, const calib::Calibration& calibration) {
-  const calib::Robot& robot = calibration.cell.robot;
-  const auto because = [](calib::Phrase why) {
-    return calib::Phrase{"say.correct.other_model", {{"why", std::move(why)}}};
-  };
-  const auto& findings = calibration.verdict.findings;
-  if (const auto* found = calib::first(findings, calib::FindingKind::kControllerModel))
-    return because(calib::phrase(*found));
-  if (robot.absolute_accuracy == calib::AbsoluteAccuracy::kActive)
-    return because("say.correct.other_model.robot_file");
-  if (robot.absolute_accuracy == calib::AbsoluteAccuracy::kInFile) return {};
-  const calib::MachineData stated = stated_arm(command);
-  if (stated.absolute_accuracy() == calib::AbsoluteAccuracy::kActive)
-    return because("say.correct.other_model.controller");
-  const std::string lengths = other_lengths(stated, robot);
-  if (lengths.empty()) return {};
-  return {"say.correct.other_arm", {{"lengths", lengths}, {"robot", robot.name}}};
-}
-
-/// Corrected points are those to which the nominal arm's inverse leads; angles are not concerned.
-bool refused_by_model(const CorrectCommand& command, const calib::Calibration& calibration) {
-  if (command.nominal_controller || !command.poses.empty()) return false;
-  const calib::Phrase why = other_model(command, calibration);
-  if (why.empty()) return false;
-  fmt::print(stderr, "{}\n", say(why));
-  return true;
-}
-
-/// Corrects KRL programs taught on an arm that is not the nominal one.
-int correct_taught(const CorrectCommand& command, const calib::Calibration& calibration,
-                   const calib::Calibration* from) {
-  return command.backup.empty() ? correct_krl(command, calibration, from)
-                                : correct_backup_files(command, calibration, from);
-}
-
-}  // namespace
 
 int correct(const CorrectCommand& command) {
   if (!command.restore.empty()) return restore_program(command);

@@ -61,12 +61,10 @@ std::vector<krl::LeftPoint> files_left(const Backup& backup);
 std::vector<krl::KrlFile> controller_files(const CorrectCommand& command);
 
 // Common to the reports.
-std::string json_text(const nlohmann::json& all);
 krl::CorrectionOptions correction_options(const CorrectCommand& command,
                                           const calib::Calibration* from);
-/// Tools, what stays, and where the robot stands is not stated.
-std::string stated_words(const std::vector<krl::ToolUsed>& tools,
-                         const std::vector<krl::LeftPoint>& left, bool robroot_stated);
+/// Tools with the largest u95 of their points, what stays, and where the robot stands is not stated.
+std::string stated_words(const krl::Corrected& result);
 nlohmann::json left_json(const std::vector<krl::LeftPoint>& left);
 nlohmann::json tool_json(const krl::ToolUsed& tool);
 /// In records: the load of LOAD_DATA that the points were corrected with.

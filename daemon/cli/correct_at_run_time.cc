@@ -168,8 +168,10 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
   const RewrittenPrograms result = rewrite_motions(
       files, correction_options(command, nullptr).leave, krl::external_names(robot));
   Json report = report_json(result, fix, command.serial, robot);
-  const std::vector<krl::LeftPoint> left = files_left(backup);
-  report["left"] = left_json(left);
+  krl::Corrected unread;
+  unread.left = files_left(backup);
+  unread.robroot_stated = true;  // read while it runs
+  report["left"] = left_json(unread.left);
   report["warnings"] = warned(callees_beside(command, files), command, robot, {});
   std::vector<KrlFile> read, module;
   for (const krl::ProgramFiles& one : files.modules) read.push_back(one.src);
@@ -177,7 +179,7 @@ int correct_at_run_time(const CorrectCommand& command, const calib::Calibration&
   for (const KrlFile* file : {&fix.src, &fix.dat})
     module.push_back({(folder / file->name).string(), file->text});
   const std::string written = write_corrected(command, read, result.files, module, report);
-  std::string text = stated_words({}, left, true) + report_words(result, fix) + written;
+  std::string text = stated_words(unread) + report_words(result, fix) + written;
   if (written.empty() && !result.files.empty()) text += said("say.correct.run_time.not_written");
   put(command.json ? json_text(report) : text, {});
   const auto moving = refusals_of_moving(result.modules);

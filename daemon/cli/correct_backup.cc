@@ -73,7 +73,7 @@ std::string report(const CorrectedBackup& result, const calib::Robot& robot) {
     for (const CorrectedModule& module : result.modules)
       if (state == std::string(state_of(module)))
         text += module_line(state, module.src, what_of(module, robot));
-  text += stated_words(result.tools, result.left, result.robroot_stated);
+  text += stated_words(result);
   const Counts counts = counts_of(result);
   return text +
          said(

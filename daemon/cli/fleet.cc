@@ -161,7 +161,7 @@ const std::map<std::string, const char*> kNeedWords{
     {"drifted", "drift alarm: {}. Calibrate again"},
     {"check-not-held", "check: calibration does not hold{}. Calibrate again"},
     {"offline", "offline: {}"},
-    {"gap", "{} messages missing. At the cell: cellcal history"},
+    {"gap", "{} messages missing or refused. At the cell: cellcal history; refused ones: view fleet.refusals"},
     {"withheld", "newest calibration withheld{}"},
     {"overdue", "{} due"}};
 

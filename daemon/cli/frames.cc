@@ -111,14 +111,10 @@ std::string json_of(const krl::ProposedFrames& result) {
                                          {"offset_deg", one.offset_rad * calib::kDegPerRad},
                                          {"sigma_deg", one.sigma_rad * calib::kDegPerRad},
                                          {"decided_by", to_string(one.decided_by)}});
-  return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return json_text(all);
 }
 
 using nlohmann::json;
-
-json values_of(const calib::FrameMmDeg& f) {
-  return {{"xyz_mm", f.xyz_mm}, {"abc_deg", f.abc_deg}};
-}
 
 std::string frame_line(const json& values) {
   std::string text = "{";
@@ -290,8 +286,8 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
       throw std::runtime_error(fmt::format(
           "{} on the controller is {}, in the files given with --config {}. Give the controller's own "
           "$config.dat, or none",
-          one.name, frame_line(was), frame_line(values_of(*one.old))));
-    json then = values_of(one.frame);
+          one.name, frame_line(was), frame_line(frame_json(*one.old))));
+    json then = frame_json(one.frame);
     // Touches determine the position of the tip but not the orientation of the tool.
     if (is_tool(one)) then["abc_deg"] = was.at("abc_deg");
     fmt::print(stderr, "{}\n{}\n{}\n", now_words(one.name, was),

@@ -78,8 +78,8 @@ drivers::ControllerFiles read_controller_files(const std::filesystem::path& plac
 }
 
 /// Exit status 1 with the first rejection as the reason, where a file must not be used.
-int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki,
-           const std::optional<calib::Cell>& cell) {
+int verify_installed(const KukaFilesCommand& command, const DaemonConfig& config, bool eki,
+                     const std::optional<calib::Cell>& cell) {
   const auto objections = verify_files(config, eki ? WireKind::kEki : WireKind::kRsi,
                                        read_controller_files(command.verify), cell);
   nlohmann::json list = nlohmann::json::array();
@@ -95,11 +95,7 @@ int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki
   if (objections.empty()) {
     words = fmt::format("ok       {} fits {}\n", command.verify.string(), command.config.string());
   }
-  put(command.json ? nlohmann::json{{"fits", refused == 0}, {"objections", list}}.dump(
-                         1, ' ', false, nlohmann::json::error_handler_t::replace) +
-                         "\n"
-                   : words,
-      {});
+  put(command.json ? json_text({{"fits", refused == 0}, {"objections", list}}) : words, {});
   if (refused == 0) return kSuccess;
   throw std::runtime_error(refused == 1 ? first
                                         : fmt::format("{} (and {} more)", first, refused - 1));
@@ -109,13 +105,11 @@ int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki
 void require_address(const DaemonConfig& config, const std::filesystem::path& file) {
   const std::string& address = config.rsi_files.pc_address;
   if (!address.empty() && address != "0.0.0.0") return;
-  std::string list;
-  for (const std::string& one : own_addresses()) list += (list.empty() ? "" : ", ") + one;
   throw drivers::ConfigError(fmt::format(
       "{}: pc_address is missing: bind = \"{}\" of [rsi] means every address, but the "
       "controller sends to one. Below [controller] write pc_address = \"A.B.C.D\" with this "
       "computer's address in the controller's RSI subnet (this computer has {})",
-      file.string(), config.rsi.bind_address, list));
+      file.string(), config.rsi.bind_address, fmt::join(own_addresses(), ", ")));
 }
 
 void print(const Finding& one, const calib::Language& language) {
@@ -152,15 +146,12 @@ nlohmann::json checks_of(const Findings& findings) {
 }
 
 std::string json_of(const Findings& findings) {
-  // Text from devices may hold any bytes.
-  return nlohmann::json{{"green", findings.green()},
-                        {"ok", findings.count(Outcome::kOk)},
-                        {"warnings", findings.count(Outcome::kWarning)},
-                        {"failed", findings.count(Outcome::kFailed)},
-                        {"skipped", findings.count(Outcome::kSkipped)},
-                        {"checks", checks_of(findings)}}
-             .dump(1, ' ', false, nlohmann::json::error_handler_t::replace) +
-         "\n";
+  return json_text({{"green", findings.green()},
+                    {"ok", findings.count(Outcome::kOk)},
+                    {"warnings", findings.count(Outcome::kWarning)},
+                    {"failed", findings.count(Outcome::kFailed)},
+                    {"skipped", findings.count(Outcome::kSkipped)},
+                    {"checks", checks_of(findings)}});
 }
 
 /// Sends the findings to the daemon for the page's guide. Ignored where the daemon does not run, has another
@@ -204,7 +195,7 @@ int kuka_files(const KukaFilesCommand& command) {
                                ": rsi_version = 6 (iiQKA.OS2) has no --wire eki: EthernetKRL 6 is "
                                "not supported. Use RSI");
   }
-  if (!command.verify.empty()) return verify(command, config, eki, cell);
+  if (!command.verify.empty()) return verify_installed(command, config, eki, cell);
   if (!eki) require_address(config, command.config);
   const drivers::ControllerFiles files = eki    ? drivers::eki_files(config.controller)
                                          : cell ? drivers::rsi_files(rsi_files_for(config, *cell))
@@ -218,7 +209,7 @@ int kuka_files(const KukaFilesCommand& command) {
                     {"goes_to", six ? place_in_project(name) : place_of(name)}});
   }
   if (command.json) {
-    put(nlohmann::json{{"files", list}}.dump(1) + "\n", {});
+    put(json_text({{"files", list}}), {});
     return kSuccess;
   }
   std::string words;

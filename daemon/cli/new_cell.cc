@@ -500,9 +500,8 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
 }
 
 void add_new_cell_command(CLI::App& app, int& status) {
-  auto given = std::make_shared<NewCellCommand>();
-  CLI::App* command = app.add_subcommand("new-cell", "Write a commented cell file with every key");
-  command->footer(
+  const auto [command, given] = add_command<NewCellCommand>(
+      app, status, "new-cell", "Write a commented cell file with every key",
       "Asks for what the options leave out; with --robot, --tool and --spheres it asks nothing. "
       "Ctrl-D or\nCtrl-C ends it and nothing is written. Spheres can be taught: jog the tip onto the "
       "top of each and\nenter the axis angles that the pendant shows. With --machine-data the robot file is made of it, beside the\n"
@@ -510,7 +509,8 @@ void add_new_cell_command(CLI::App& app, int& status) {
       "written, or no plan can be made of the file yet; the reason is printed.\nExample: cellcal new-cell -o "
       "cell.toml\n         cellcal new-cell -o cell.toml --robot kr6_r900_2 --tool 0,0,250,0,0,0 "
       "--spheres spheres.csv --certificate certificate.csv\n         cellcal new-cell -o cell.toml "
-      "--machine-data backup.zip --tool 3 --spheres spheres.csv");
+      "--machine-data backup.zip --tool 3 --spheres spheres.csv",
+      [](const NewCellCommand& wanted) { return new_cell(wanted, std::cin, std::cerr); });
   add_output(*command, given->output, "The file to write")->capture_default_str();
   command->add_option("--robot", given->robot, "Shipped robot by name, or path of a robot file");
   command->add_option("--tool", given->tool,
@@ -542,7 +542,6 @@ void add_new_cell_command(CLI::App& app, int& status) {
                       "Certificate (XML)");
   command->add_flag("--force", given->force, "Replace an existing file");
   add_json(*command, given->json, "Print the result as JSON");
-  command->callback([given, &status] { status = new_cell(*given, std::cin, std::cerr); });
 }
 
 void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::path& cell_file,

@@ -233,7 +233,8 @@ void write_output(const std::filesystem::path& output, const std::string& text) 
 /// The touches are already made: faults of the cell file are only warnings.
 void warn_of_cell(const calib::Cell& cell) {
   try {
-    for (const calib::CellFault& fault : calib::faults_of(cell)) warn(phrase(fault));
+    for (const calib::CellFault& fault : calib::faults_of(cell))
+      if (fault.kind != calib::CellFaultKind::kRoughCentre) warn(phrase(fault));
   } catch (const calib::PlanError&) {  // of a robot that sessions cannot move
   }
 }
@@ -348,6 +349,10 @@ void put(const std::string& text, const std::filesystem::path& output) {
     if (errno == EPIPE) return;  // the reader has closed the pipe: `| head`
     throw std::runtime_error("standard output cannot be written");
   }
+}
+
+std::string json_text(const nlohmann::json& value) {
+  return value.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 int print_result(bool as_json, const nlohmann::json& value, const std::string& words) {

@@ -126,6 +126,8 @@ void warn_of_radians(const std::filesystem::path& csv, const calib::Robot& robot
 void require_output_folder(const std::filesystem::path& output);
 /// Writes the file, completely or not at all, or standard output if no file is given.
 void put(const std::string& text, const std::filesystem::path& output);
+/// Indented, with a last newline. Bytes that are no UTF-8, as of a path or from a device, are replaced.
+std::string json_text(const nlohmann::json& value);
 /// The value as one line of JSON, or the words, on standard output. Returns kSuccess.
 int print_result(bool as_json, const nlohmann::json& value, const std::string& words);
 

@@ -158,15 +158,20 @@ void add_plan(CLI::App& app, int& status) {
 }
 
 void add_kuka_files(CLI::App& app, int& status) {
-  auto given = std::make_shared<KukaFilesCommand>();
-  CLI::App* command = app.add_subcommand(
-      "kuka-files", "Write or check the files that a KUKA controller needs for RSI or EKI");
-  command->footer(
+  const auto [command, given] = add_command<KukaFilesCommand>(
+      app, status, "kuka-files",
+      "Write or check the files that a KUKA controller needs for RSI or EKI",
       "They are made from [rsi] or [eki], and [controller], of the daemon's configuration. How "
       "to\ninstall them, and what to check before the first motion: "
       "drivers/kuka/krl/README.md.\nExample: cellcal kuka-files --config cellcald.toml -o "
       "krc --cell cell.toml\n         cellcal kuka-files --config cellcald.toml --verify "
-      "backup.zip");
+      "backup.zip",
+      [](const KukaFilesCommand& wanted) {
+        if (wanted.output.empty() && wanted.verify.empty()) {
+          throw CLI::RequiredError("--output (or --verify)");
+        }
+        return kuka_files(wanted);
+      });
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
   CLI::Option* output = add_output(*command, given->output, "Write the files to this folder");
@@ -182,12 +187,6 @@ void add_kuka_files(CLI::App& app, int& status) {
   command->add_option("--wire", given->wire, "rsi or eki [the configuration's backend]")
       ->check(one_of({"rsi", "eki"}));
   add_json(*command, given->json, "Print the written files and their places as JSON");
-  command->callback([given, &status] {
-    if (given->output.empty() && given->verify.empty()) {
-      throw CLI::RequiredError("--output (or --verify)");
-    }
-    status = kuka_files(*given);
-  });
 }
 
 void add_ends(CLI::App& command, CLI::Option& urdf, calib::UrdfEnds& ends) {
@@ -200,18 +199,21 @@ void add_ends(CLI::App& command, CLI::Option& urdf, calib::UrdfEnds& ends) {
 }
 
 void add_export_robot(CLI::App& app, int& status) {
-  auto given = std::make_shared<ExportRobotCommand>();
-  CLI::App* command = app.add_subcommand(
-      "export-robot",
-      "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON, KUKA machine data");
-  command->footer(
+  const auto [command, given] = add_command<ExportRobotCommand>(
+      app, status, "export-robot",
+      "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON, KUKA machine data",
       "URDF, YAML and DH table hold the nearest rigid links; what these leave out of compliance, gears and bending is "
       "printed in mm. A positioner\nis a second chain from the base, a linear unit a prismatic joint in the direction found; the DH table has the "
       "arm alone.\n"
       "Exit status 3: the calibration was withheld; nothing is written without "
       "--withheld.\nExample: cellcal export-robot --calibration calibration.json --urdf "
       "kr5.urdf -o kr5_calibrated.urdf\n         cellcal export-robot --calibration "
-      "calibration.json --as dh -o dh.csv");
+      "calibration.json --as dh -o dh.csv",
+      [](const ExportRobotCommand& wanted) {
+        if (!wanted.urdf.empty() && wanted.as != "urdf" && wanted.as != "yaml")
+          throw CLI::ValidationError("--urdf", "goes with --as urdf or --as yaml");
+        return export_robot(wanted);
+      });
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   command
       ->add_option(
@@ -227,18 +229,12 @@ void add_export_robot(CLI::App& app, int& status) {
   add_ends(*command, *urdf, given->ends);
   add_withheld(*command, given->withheld);
   add_output(*command, given->output, "Write to this file [standard output]");
-  command->callback([given, &status] {
-    if (!given->urdf.empty() && given->as != "urdf" && given->as != "yaml")
-      throw CLI::ValidationError("--urdf", "goes with --as urdf or --as yaml");
-    status = export_robot(*given);
-  });
 }
 
 void add_import_robot(CLI::App& app, int& status) {
-  auto given = std::make_shared<ImportRobotCommand>();
-  CLI::App* command = app.add_subcommand(
-      "import-robot", "Make a robot file from a KUKA controller's machine data, or a URDF");
-  command->footer(
+  const auto [command, given] = add_command<ImportRobotCommand>(
+      app, status, "import-robot",
+      "Make a robot file from a KUKA controller's machine data, or a URDF",
       "Machine data: $machine.dat and $robcor.dat of KRC:\\R1\\Mada, $config.dat of KRC:\\R1\\System, $option.dat "
       "and\n$custom.dat of KRC:\\STEU\\Mada (absolute accuracy alone), or the backup that has them, as a folder or ZIP "
       "archive.\nGeometry, limits, speeds, gear ratios and mounting ($ROBROOT) come from them. Where the geometry is another\n"
@@ -250,7 +246,12 @@ void add_import_robot(CLI::App& app, int& status) {
       "Example: cellcal import-robot --machine-data backup.zip -o my_arm.toml\n"
       "         cellcal import-robot --robot kr5_r1400 --machine-data '$machine.dat' -o my_kr5.toml\n"
       "         cellcal import-robot --urdf robot.urdf -o robot.toml\n"
-      "         cellcal import-robot --machine-data backup.zip --cell cell.toml --tool 3");
+      "         cellcal import-robot --machine-data backup.zip --cell cell.toml --tool 3",
+      [](const ImportRobotCommand& wanted) {
+        if (wanted.urdf.empty() && wanted.robot.empty() && wanted.machine_data.empty())
+          throw CLI::RequiredError("--machine-data (or --urdf, or --robot)");
+        return import_robot(wanted);
+      });
   CLI::Option* urdf = command->add_option("--urdf", given->urdf, "Geometry from this URDF");
   command
       ->add_option("--robot", given->robot,
@@ -274,11 +275,6 @@ void add_import_robot(CLI::App& app, int& status) {
       ->add_option("--cell", given->cell, "Cell file to set; then no robot is written without -o")
       ->needs(tool);
   tool->needs(command->get_option("--cell"))->needs(command->get_option("--machine-data"));
-  command->callback([given, &status] {
-    if (given->urdf.empty() && given->robot.empty() && given->machine_data.empty())
-      throw CLI::RequiredError("--machine-data (or --urdf, or --robot)");
-    status = import_robot(*given);
-  });
 }
 
 void add_doctor(CLI::App& app, int& status) {
@@ -414,10 +410,8 @@ void add_priors_commands(CLI::App& app, int& status) {
 }
 
 void add_correct(CLI::App& app, int& status) {
-  auto given = std::make_shared<CorrectCommand>();
-  CLI::App* command =
-      app.add_subcommand("correct", "Correct poses or KRL programs for the real arm");
-  command->footer(
+  const auto [command, given] = add_command<CorrectCommand>(
+      app, status, "correct", "Correct poses or KRL programs for the real arm",
       "--poses: joint angles that bring the real TCP to each pose, in the configuration and turns "
       "of the\nfile's joint columns; without joint columns: nearest to the previous row. If one "
       "pose is not reached,\nno CSV is written.\n--program: the taught points of a KRL program, "
@@ -440,7 +434,15 @@ void add_correct(CLI::App& app, int& status) {
       "cellcal correct --calibration calibration.json --program weld.src --config '$config.dat' -o "
       "corrected\n         cellcal correct --calibration calibration.json --backup backup.zip -o "
       "corrected\n         cellcal correct --calibration calibration.json --program weld.src --at-run-time "
-      "--serial 123456 --config '$config.dat' -o corrected");
+      "--serial 123456 --config '$config.dat' -o corrected",
+      [](const CorrectCommand& wanted) {
+        if (wanted.restore.empty() && wanted.calibration.empty())
+          throw CLI::RequiredError("--calibration");
+        if (wanted.restore.empty() && wanted.poses.empty() && wanted.program.empty() &&
+            wanted.backup.empty())
+          throw CLI::RequiredError("--poses (or --program, or --backup)");
+        return correct(wanted);
+      });
   CLI::Option* calibration =
       command->add_option("--calibration", given->calibration, "Calibration (JSON)");
   CLI::Option* poses =
@@ -513,14 +515,6 @@ void add_correct(CLI::App& app, int& status) {
              "Poses: write to this file [standard output]; programs: to this folder");
   add_json(*command, given->json, "Write JSON");
   add_language(*command);
-  command->callback([given, &status] {
-    if (given->restore.empty() && given->calibration.empty())
-      throw CLI::RequiredError("--calibration");
-    if (given->restore.empty() && given->poses.empty() && given->program.empty() &&
-        given->backup.empty())
-      throw CLI::RequiredError("--poses (or --program, or --backup)");
-    status = correct(*given);
-  });
 }
 
 void add_frames(CLI::App& app, int& status) {

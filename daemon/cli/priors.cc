@@ -160,6 +160,14 @@ void print_report(bool document_there, const std::string& text) {
   fmt::print(document_there ? stderr : stdout, "{}", text);
 }
 
+/// "a joint's lengths" for a table.
+std::string quantity(calib::SpreadKind kind) {
+  const calib::SpreadUnit unit = calib::unit_of(kind);
+  return fmt::format("{} {}", unit.name, unit.unit);
+}
+
+std::string figure(double value) { return fmt::format("{:.4g}", value); }
+
 }  // namespace
 
 int learn_priors(const LearnPriorsCommand& command) {
@@ -237,18 +245,6 @@ int accept_priors(const AcceptPriorsCommand& command) {
       {});
   return kSuccess;
 }
-
-namespace {
-
-/// "a joint's lengths" for a table.
-std::string quantity(calib::SpreadKind kind) {
-  const calib::SpreadUnit unit = calib::unit_of(kind);
-  return fmt::format("{} {}", unit.name, unit.unit);
-}
-
-std::string figure(double value) { return fmt::format("{:.4g}", value); }
-
-}  // namespace
 
 std::string spreads_words(const calib::FleetPriors& priors) {
   std::string text = fmt::format(

@@ -127,14 +127,11 @@ bool is_open(NotVerified::Why why) {
 std::string or_not_stated(const std::string& text) { return text.empty() ? "not stated" : text; }
 
 void add_export(CLI::App& app, int& status) {
-  auto given = std::make_shared<ExportCommand>();
-  auto no_sign = std::make_shared<bool>(false);
-  CLI::App* command =
-      app.add_subcommand("export", "Write a session's rows and files to a directory");
-  command->footer(
+  const auto [command, given, connection] = add_request<ExportCommand>(
+      app, status, "export", "Write a session's rows and files to a directory",
       "Signed if a key exists (export.sums, export.sums.sig), as certificates are; 'cellcal verify' checks it.\n"
-      "Example: cellcal export 7 session-7");
-  auto daemon = add_connection(command);
+      "Example: cellcal export 7 session-7",
+      export_session);
   command->add_option("ID", given->session, "Number of the session")
       ->required()
       ->check(session_number());
@@ -143,11 +140,8 @@ void add_export(CLI::App& app, int& status) {
       "--key", given->key,
       "Private key (Ed25519, PEM, mode 0600); $CELLCAL_KEY or /etc/cellcal/certificate.key where it is "
       "there");
-  command->add_flag("--no-sign", *no_sign, "Do not sign");
-  command->callback([=, &status] {
-    given->sign = !*no_sign;
-    status = export_session(*daemon, *given);
-  });
+  command->add_flag_callback(
+      "--no-sign", [given] { given->sign = false; }, "Do not sign");
 }
 
 void add_import(CLI::App& app, int& status) {
@@ -210,14 +204,11 @@ void add_retain(CLI::App& app, int& status) {
 }
 
 void add_certificate(CLI::App& app, int& status) {
-  auto given = std::make_shared<CertificateCommand>();
-  struct Flags {
-    bool no_pdf = false, no_sign = false, make_key = false;
+  struct Given : CertificateCommand {
+    bool make_key = false;
   };
-  auto flags = std::make_shared<Flags>();
-  CLI::App* command =
-      app.add_subcommand("certificate", "Write the certificate of a published calibration");
-  command->footer(
+  const auto [command, given, connection] = add_request<Given>(
+      app, status, "certificate", "Write the certificate of a published calibration",
       "Writes certificate.html, certificate.pdf (needs the package 'weasyprint'), certificate.json,\n"
       "certificate.dcc.xml (Digital Calibration Certificate) and rows.jsonl, the\n"
       "session's rows. With --language de certificate.de.html and certificate.de.pdf; the XML has all languages.\n"
@@ -225,13 +216,19 @@ void add_certificate(CLI::App& app, int& status) {
       "daemon.\nSigned if a key exists (certificate.sums, certificate.sums.sig); 'cellcal verify' checks it.\nThe result is computed again first. A directory is signed for where its export is signed.\n"
       "Status 3 where the result was withheld, is an update or is not reproduced to the bit, where its rows are not\n"
       "verified, or where the session was not completed.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
-      "         cellcal certificate session-7 --out certificate-7\n         cellcal certificate --make-key --key quality.key");
-  auto daemon = add_connection(command);
+      "         cellcal certificate session-7 --out certificate-7\n         cellcal certificate --make-key --key quality.key",
+      [](const Connection& daemon, const Given& wanted) {
+        if (wanted.make_key)
+          return make_certificate_key(wanted.key.empty() ? default_key() : wanted.key, daemon.json);
+        if (wanted.session.empty()) throw CLI::RequiredError("SESSION");
+        return certify(daemon, wanted);
+      });
   auto* session = command->add_option("SESSION", given->session,
                                       "Number of the session, or directory of its export");
   add_output(*command, given->output, "Directory, new or empty");
   command->add_option("--issued-by", given->issued_by, "Issuer");
-  command->add_flag("--no-pdf", flags->no_pdf, "Write no PDF");
+  command->add_flag_callback(
+      "--no-pdf", [given] { given->pdf = false; }, "Write no PDF");
   command->add_option(
       "--key", given->key,
       "Private key (Ed25519, PEM, mode 0600); $CELLCAL_KEY or /etc/cellcal/certificate.key where it is "
@@ -239,19 +236,9 @@ void add_certificate(CLI::App& app, int& status) {
   command->add_option("--export-key", given->export_key,
                       "Public key that signed the export of a directory (PEM); by default that of "
                       "--key");
-  command->add_flag("--no-sign", flags->no_sign, "Do not sign");
-  auto* make_key = command->add_flag("--make-key", flags->make_key, "Only create a new key");
-  make_key->excludes(session);
-  command->callback([=, &status] {
-    if (flags->make_key) {
-      status = make_certificate_key(given->key.empty() ? default_key() : given->key, daemon->json);
-      return;
-    }
-    if (given->session.empty()) throw CLI::RequiredError("SESSION");
-    given->pdf = !flags->no_pdf;
-    given->sign = !flags->no_sign;
-    status = certify(*daemon, *given);
-  });
+  command->add_flag_callback(
+      "--no-sign", [given] { given->sign = false; }, "Do not sign");
+  command->add_flag("--make-key", given->make_key, "Only create a new key")->excludes(session);
 }
 
 void add_verify(CLI::App& app, int& status) {

@@ -117,8 +117,9 @@ bool is_empty(const FrameMmDeg& frame) {
 }
 
 ProposedFrames propose_frames(const calib::Calibration& calibration, const FramesRequest& request) {
-  refuse_linear_unit(calibration.cell.robot, "a proposal of frames",
-                     "Measure the base at the controller");
+  if (!request.bases.empty())
+    refuse_linear_unit(calibration.cell.robot, "a proposal of a base",
+                       "Measure it at the controller");
   Data data;
   for (const KrlFile& file : request.controller) read_data(file, data);
   ProposedFrames result;

@@ -378,7 +378,8 @@ class Reader {
       return false;
     }
     const bool computed =
-        name.find('.') != std::string::npos || data_.declared.count(variable_of(name)) > 0;
+        name.find('.') != std::string::npos ||
+        data_.declared.count(variable_of(name)) + controller_.declared.count(variable_of(name)) > 0;
     refuse(name.find('[') != std::string::npos ? Why::kArray
            : computed                          ? Why::kComputed
                                                : Why::kUnknownPoint,

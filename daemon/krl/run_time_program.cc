@@ -135,13 +135,15 @@ class Rewriter {
  public:
   Rewriter(const KrlFile& src, std::size_t module, const Types& types,
            const std::set<std::string>& leave, const std::vector<std::string>& external,
-           const calib::ExternalAxes& apart, const OwnPosition& own, std::set<std::string>& seen)
+           const calib::ExternalAxes& apart, const std::map<std::string, FrameData>& frames,
+           const OwnPosition& own, std::set<std::string>& seen)
       : src_(src),
         module_(module),
         types_(types),
         leave_(leave),
         external_(external),
         apart_(apart),
+        frames_(frames),
         own_(own),
         seen_(seen) {
     result_.src = src.name;
@@ -201,6 +203,7 @@ class Rewriter {
     const Tokens& t = line.tokens;
     if (t[0].is("SPLINE") || t[0].is("PTP_SPLINE")) spline_ = with_of(t, {});
     if (t[0].is("ENDSPLINE") || begins_routine(line)) spline_ = {};
+    read_mode(line);
     if (kFrames.count(t[0].word) > 0) refuse_own(line, 1, t.size(), t[0].word);
     const MotionKind kind = motion_kind(line);
     if (t.size() < 2 || (kind != MotionKind::kPoint && kind != MotionKind::kRelative)) return;
@@ -211,6 +214,16 @@ class Rewriter {
     if (at > 0 && kArc.count(t[0].word) > 0 && sign_at(t, at, ',')) at = to(line, at + 1);
     if (at > 0 && spoken_) ++result_.corrected;
     spoken_ = false;
+  }
+
+  /// FDAT_ACT=FP1, $IPO_MODE=#TCP; in force in the lines below, until the next of either or the routine's end.
+  void read_mode(const Line& line) {
+    const Tokens& t = line.tokens;
+    if (begins_routine(line)) in_tcp_ = false;
+    if (t.size() != 3 || !sign_at(t, 1, '=')) return;
+    const auto frame = frames_.find(t[2].word);
+    if (t[0].is("FDAT_ACT") && frame != frames_.end()) in_tcp_ = frame->second.external;
+    if (t[0].is("$IPO_MODE")) in_tcp_ = t[2].is("#TCP");
   }
 
   With with_of(const Tokens& t, With with) const {
@@ -368,6 +381,7 @@ class Rewriter {
       return target.end;
     }
     if (refuse_own(line, target.begin, target.end, target.name)) return 0;
+    if (refuse_fixed_tool(line, what)) return 0;
     return fix(line, target, *functions, ptp) ? target.end
                                               : (refuse(Why::kUnknownPoint, line, what), 0);
   }
@@ -377,6 +391,18 @@ class Rewriter {
     const std::string source = own_.source(module_, line, begin, end);
     if (!source.empty()) refuse(Why::kOwnPosition, line, name.empty() ? source : name);
     return !source.empty();
+  }
+
+  bool refuse_fixed_tool(const Line& line, const std::string& what) {
+    const std::string mode = upper_case(with_of(line.tokens, spline_).mode);
+    // SIPO_MODE(FP1.IPO_FRAME)
+    const std::size_t name = mode.find('(') + 1;
+    const auto frame = frames_.find(mode.substr(name, mode.find('.') - name));
+    const bool fixed = mode.empty()             ? in_tcp_
+                       : frame != frames_.end() ? frame->second.external
+                                                : mode == "#TCP";
+    if (fixed) refuse(Why::kExternalTool, line, what);
+    return fixed;
   }
 
   /// False: no function for this type here.
@@ -420,7 +446,9 @@ class Rewriter {
     if (!understood || typed_by_us(src_.text, t, 1) ||
         (target.literal && !axes && !in_tool && turns()))
       return refuse(Why::kRelativeMotion, line, t[0].word);
-    if (refuse_own(line, target.begin, target.end, target.name)) return;
+    if (refuse_own(line, target.begin, target.end, target.name) ||
+        refuse_fixed_tool(line, t[0].word))
+      return;
     std::string missing;
     std::vector<std::string> names(axes ? kAxes.begin() : kPlace.begin(),
                                    axes ? kAxes.end() : kPlace.end());
@@ -442,8 +470,10 @@ class Rewriter {
   const std::set<std::string>& leave_;
   const std::vector<std::string>& external_;
   const calib::ExternalAxes& apart_;
+  const std::map<std::string, FrameData>& frames_;  ///< of inline forms
   const OwnPosition& own_;
   std::set<std::string>& seen_;
+  bool in_tcp_ = false;  ///< a line above has the tool fixed in the cell
   With spline_;
   bool spoken_ = false;  ///< a point of this line is corrected
   std::vector<Edit> edits_;
@@ -525,7 +555,10 @@ RewrittenPrograms rewrite_motions(const BackupFiles& files, const std::vector<st
   for (std::size_t i = 0; i < files.modules.size(); ++i) {
     const KrlFile& src = files.modules[i].src;
     if (stays_as_it_is((of_r1 ? "/r1" : "") + path_of(src))) continue;
-    Rewriter rewriter(src, i, types, left, external, data.external, own, seen);
+    Data declared;
+    declared.frames = data.frames;
+    if (files.modules[i].dat) read_data(*files.modules[i].dat, declared);
+    Rewriter rewriter(src, i, types, left, external, data.external, declared.frames, own, seen);
     if (is_kukas_program(src.name))
       rewriter.leave();
     else

@@ -91,6 +91,8 @@ TEST_F(CorrectBackup, OfAProgramFolderAloneTakesTheConfigurationAndWritesItsPoin
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("2 of 2 modules with motions corrected, 2 points"), std::string::npos)
       << outcome.out;
+  EXPECT_NE(outcome.out.find(" mm (95 %) or less at the 2 points with tool 1"), std::string::npos)
+      << outcome.out;
   EXPECT_NE(content(dir_ / "out/$config.dat"), "");
   EXPECT_NE(content(dir_ / "out/$config.dat"), content(config));
   EXPECT_TRUE(written("KRC/R1/Program/a.dat"));

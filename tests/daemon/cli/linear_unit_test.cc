@@ -177,6 +177,9 @@ struct TrackFiles {
     all.insert(all.end(), more.begin(), more.end());
     return run_program(all);
   }
+  Outcome identified() const {
+    return run_program({CELLCAL, "identify", "--cell", cell, "--touches", plan, "-o", result});
+  }
 };
 
 void expect_refused(const Outcome& outcome) {
@@ -195,8 +198,7 @@ TEST(ALinearUnit, IsPlannedIdentifiedAndPredictedInMillimetres) {
       touches, {}, [](const calib::Touch& touch) { return touch.joint_rad[0]; });
   EXPECT_GT(most.joint_rad[0] - least.joint_rad[0], 1.5);
   EXPECT_EQ(content(files.plan).find("correction_limit_deg"), std::string::npos);
-  const Outcome identified = run_program(
-      {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
+  const Outcome identified = files.identified();
   ASSERT_TRUE(identified.status == 0 || identified.status == 3) << identified.err;
   std::ofstream(files.dir / "joints.csv")
       << "E1 [mm],A1,A2,A3,A4,A5,A6\n0,0,-70,80,0,60,0\n1000,0,-70,80,0,60,0\n";
@@ -218,8 +220,13 @@ TEST(ALinearUnit, IsPlannedIdentifiedAndPredictedInMillimetres) {
 TEST(ALinearUnit, IsExportedWithWhatAFormCannotHoldInMillimetres) {
   const TrackFiles files;
   ASSERT_EQ(files.planned({"-o", files.plan}).status, 0);
-  (void)run_program(
-      {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
+  (void)files.identified();
+  const Outcome tool = run_program(
+      {CELLCAL, "frames", "--calibration", files.result, "--tool", "1", "--withheld"});
+  EXPECT_EQ(tool.status, 0) << tool.err;
+  EXPECT_NE(tool.out.find("TOOL_DATA[1]={X "), std::string::npos) << tool.out;
+  expect_refused(run_program({CELLCAL, "frames", "--calibration", files.result, "--base",
+                              "3=S1,S2,S3", "--withheld"}));
   const auto exported = [&](const std::string& as) {
     const Outcome made = run_program({CELLCAL, "export-robot", "--calibration", files.result,
                                       "--as", as, "--withheld", "-o", files.dir / as});
@@ -250,8 +257,7 @@ TEST(ALinearUnit, IsExportedWithWhatAFormCannotHoldInMillimetres) {
 TEST(ALinearUnit, IsCorrectedForSinglePosesWhereItStands) {
   const TrackFiles files;
   ASSERT_EQ(files.planned({"-o", files.plan}).status, 0);
-  (void)run_program(
-      {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
+  (void)files.identified();
   const std::string poses = files.dir / "poses.csv";
   std::ofstream(poses)
       << "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,E1,A1,A2,A3,A4,A5,A6\n1200,1500,700,0,90,0,1500,0,-70,80,0,60,0\n";
@@ -280,8 +286,7 @@ TEST(ALinearUnit, IsCorrectedForSinglePosesWhereItStands) {
 TEST(ALinearUnit, IsCorrectedForProgramsAtRunTime) {
   const TrackFiles files;
   ASSERT_EQ(files.planned({"-o", files.plan}).status, 0);
-  (void)run_program(
-      {CELLCAL, "identify", "--cell", files.cell, "--touches", files.plan, "-o", files.result});
+  (void)files.identified();
   const std::string src = files.dir / "p.src", folder = files.dir / "out";
   std::ofstream(src) << "DEF P()\nPTP {A1 0,A2 -70,A3 80,A4 0,A5 60,A6 0,E1 500}\n"
                         "PTP_REL {A1 5.0}\nEND\n";

@@ -288,7 +288,8 @@ TEST(AFirstSession, EndsInWhatItHasShownAndNotInWhatItLacks) {
   EXPECT_EQ(outcome.status, 3);
   EXPECT_NE(outcome.out.find("the cell works, 4 of 4 touches within 0."), std::string::npos)
       << outcome.out;
-  EXPECT_NE(outcome.out.find("Now calibrate with 50 touches"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("Now calibrate with 100 touches and 10 to check"), std::string::npos)
+      << outcome.out;
   EXPECT_LE(lines(outcome.out), 4u) << outcome.out;
   const auto json = nlohmann::json::parse(content(dir / "c.json"));
   EXPECT_TRUE(json.at("verdict").at("too_few_touches").get<bool>());

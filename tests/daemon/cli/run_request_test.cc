@@ -5,6 +5,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -109,6 +110,17 @@ TEST_F(ARunRequest, NamesTheCellFileByItsAbsolutePath) {
 }
 
 using AnAnswer = ARunRequest;
+
+TEST_F(AnAnswer, ThatTheBackupIsWrittenIsNoneWhereTheFileIsMissing) {
+  answers_["/v1/backup"] = {{"bytes", 4096}, {"remarks", json::array()}};
+  const std::vector<std::string> command{CELLCAL, "backup", dir_ / "b.db", "--socket", dir_ / "s"};
+  const Outcome missing = run_program(command);
+  EXPECT_EQ(missing.status, 1);
+  EXPECT_NE(missing.err.find("written where only the daemon sees it"), std::string::npos)
+      << missing.err;
+  std::ofstream(dir_ / "b.db") << "rows";
+  EXPECT_EQ(run_program(command).status, 0);
+}
 
 TEST_F(AnAnswer, OfTheStatusIsSaidInTheReadersLanguageAlone) {
   answers_["/v1/status"] = {

@@ -85,13 +85,16 @@ TEST(TheFrames, OfAnArmBesideAPositionerAreThoseOfTargetsOnTheFloor) {
   }
 }
 
-TEST(TheFrames, OfAnArmOnALinearUnitAreRefusedByName) {
+TEST(TheFrames, OfTheTargetsOfAnArmOnALinearUnitAreRefusedByName) {
   calib::Calibration c = identified();
   calib::Joint track;
   track.name = "E1";
   track.guide.emplace();
   c.cell.robot.joints.insert(c.cell.robot.joints.begin(), track);
-  EXPECT_THROW(propose_frames(c, request()), calib::LinearUnitError);
+  FramesRequest r = request();
+  EXPECT_EQ(propose_frames(c, r).frames.size(), 1U) << "its tool is that of any arm";
+  r.bases = {{3, {"P1", "P2", "P3"}}};
+  EXPECT_THROW(propose_frames(c, r), calib::LinearUnitError);
 }
 
 TEST(TheSnippet, SetsTheFramesAndKeepsTheOldOnesAsComments) {

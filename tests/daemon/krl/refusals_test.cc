@@ -28,7 +28,8 @@ krl::CorrectedProgram correct(const std::string& body, const std::string& dat,
   f.dat = krl::KrlFile{"p.dat", dat};
   f.controller = {{"$config.dat",
                    "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
-                   "BASE_DATA[2]={X 100.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n"}};
+                   "BASE_DATA[2]={X 100.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n"
+                   "DECL GLOBAL E6POS XCONFIG\n"}};
   return correct_program(c, f, options);
 }
 
@@ -63,6 +64,7 @@ TEST(AProgramThatIsNotUnderstood, IsRefusedByFileAndLine) {
       {"partial", f + "LIN {Z 50}\n", "", Why::kPartial, "p.src", 4},
       {"partial axes", f + "PTP {A1 50}\n", "", Why::kPartial, "p.src", 4},
       {"partial axes without A1", f + "PTP {A2 -90,A3 90}\n", "", Why::kPartial, "p.src", 4},
+      {"without a value in another file", f + "PTP XCONFIG\n", "", Why::kComputed, "p.src", 4},
       {"unknown", f + "PTP XP9\n", p1, Why::kUnknownPoint, "p.src", 4},
       {"twice", f + "PTP XP1\n", p1 + p1, Why::kDeclaredTwice, "p.dat", 2},
       {"twice in two lines", f + "PTP XP1\n", "DECL E6POS XP1\n" + twice, Why::kDeclaredTwice,

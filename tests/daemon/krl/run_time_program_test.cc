@@ -23,7 +23,8 @@ constexpr const char* kDat =
     "DEFDAT P PUBLIC\nDECL E6POS XP1={X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0,S 2,T 35}\n"
     "DECL E6POS XARR[5]\nDECL E6POS XQ\nDECL E6POS XZ={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0,S 0,T 0}\n"
     "POS XPOS\nFRAME XF\nDECL E6AXIS XA\nAXIS XB\n"
-    "STRUC STATION E6POS ABOVE,AT,INT NR\nDECL STATION XS[3]\nDECL REAL R=0.0\nENDDAT\n";
+    "STRUC STATION E6POS ABOVE,AT,INT NR\nDECL STATION XS[3]\nDECL REAL R=0.0\n"
+    "DECL FDAT FT={TOOL_NO 1,BASE_NO 1,IPO_FRAME #TCP}\nDECL FDAT FB={TOOL_NO 1,BASE_NO 1,IPO_FRAME #BASE}\nENDDAT\n";
 
 RewrittenPrograms rewritten_of(const std::string& text,
                                const std::vector<std::string>& leave = {}) {
@@ -45,6 +46,21 @@ std::string line_of(const std::string& body, const std::vector<std::string>& lea
   const std::string& text = result.files[0].text;
   EXPECT_EQ(restored(result.files[0]), program(body));
   return text.substr(11, text.size() - 11 - 7);
+}
+
+TEST(RunTimeProgram, RefusesMotionsOfAToolThatIsFixedInTheCell) {
+  for (const char* motion : {"FDAT_ACT=FT\r\nBAS(#PTP_PARAMS,100)\r\nPTP XP1",
+                             "$IPO_MODE=#TCP\r\nLIN XP1", "LIN XP1 WITH $IPO_MODE=#TCP",
+                             "SLIN XP1 WITH $TOOL=STOOL2(FT),$IPO_MODE=SIPO_MODE(FT.IPO_FRAME)",
+                             "FDAT_ACT=FT\r\nLIN_REL {X 1.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}"})
+    EXPECT_EQ(line_of(motion), "external_tool") << motion;
+  EXPECT_EQ(line_of("FDAT_ACT=FT\r\nFDAT_ACT=FB\r\nLIN XP1"),
+            "FDAT_ACT=FT\r\nFDAT_ACT=FB\r\nLIN CC_FIX(XP1)");
+  EXPECT_EQ(line_of("$IPO_MODE=#TCP\r\nLIN XP1", {"XP1"}),
+            "$IPO_MODE=#TCP\r\nLIN CC_STAY_POS(XP1)");
+  EXPECT_EQ(
+      line_of("SLIN XP1 WITH $IPO_MODE=SIPO_MODE(FB.IPO_FRAME)"),
+      "SLIN CC_FIX_IN(XP1,$TOOL,$BASE,SIPO_MODE(FB.IPO_FRAME),$LOAD) WITH $IPO_MODE=SIPO_MODE(FB.IPO_FRAME)");
 }
 
 TEST(RunTimeProgram, WrapsThePointOfAMotionByItsTypeAndWay) {
