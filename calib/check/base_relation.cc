@@ -59,10 +59,8 @@ MatrixXd taken_up_by_base(const ArmModel& arm, const VectorXd& x) {
   const auto poses = workspace_poses(arm, kFramePoses, kFrameSeed);
   if (poses.size() < kLeastSpheres)
     throw undetermined("the arm of " + arm.robot().name + " has no workspace to fix its base in");
-  const TipMoves at = tip_moves(arm, poses, x.data(), VectorXd::Ones(arm.size()));
-  MatrixXd rigid(at.moves_m.rows(), kBase);
-  for (Eigen::Index k = 0; k < at.tips_m.cols(); ++k)
-    rigid.middleRows<3>(3 * k) = base_motion(at.tips_m.col(k));
+  const TipMoves at = tip_moves(arm, poses, x.data());
+  const MatrixXd rigid = base_motions(at.tips_m);
   return least_squares(rigid, at.moves_m);
 }
 

@@ -30,7 +30,7 @@ struct PoseErrors {
 PoseErrors errors_at(const Calibration& c, const ArmModel& arm,
                      const std::vector<JointVector>& poses) {
   const Eigen::VectorXd x = arm_values(arm, c), none = Eigen::VectorXd::Zero(arm.size());
-  const TipMoves at = tip_moves(arm, poses, x.data(), Eigen::VectorXd::Ones(arm.size()));
+  const TipMoves at = tip_moves(arm, poses, x.data());
   const Eigen::MatrixXd moves = aligned(at);
   const Eigen::MatrixXd spread = moves * arm_covariance(arm, c);
   const Eigen::VectorXd ripple = ripple_variance_m2(arm, poses, c.level.ripple_rad);

@@ -56,6 +56,18 @@ double alike(const ForeseenContact& a, const ForeseenContact& b, const Touch& at
   return n_a.dot(n_b) * std::exp(-std::sqrt(square) / reach_rad);
 }
 
+/// (94a): variance of a touch's own errors by the scatter of the earlier checks, over the foreseen one. A scatter that three
+/// of four series have by chance is none.
+double own_errors_excess(const Eigen::MatrixXd& passing_m2, const Eigen::MatrixXd& off_m) {
+  constexpr double kUpperQuartile = 0.674;  // of the normal distribution
+  const double dof = static_cast<double>((off_m.cols() - 1) * off_m.rows());
+  if (!(dof > 0.0)) return 1.0;
+  const Eigen::MatrixXd scatter = off_m.colwise() - off_m.rowwise().mean();
+  const double h = 2.0 / (9.0 * dof);
+  const double usual = dof * std::pow(1.0 - h + kUpperQuartile * std::sqrt(h), 3);
+  return std::max(1.0, Cholesky(passing_m2).whitened(scatter).squaredNorm() / usual);
+}
+
 }  // namespace
 
 std::vector<ForeseenContact> foreseen_contacts(const Calibration& c,
@@ -104,6 +116,7 @@ Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
 
 void refer_to(Foresight& foresight, const Eigen::MatrixXd& off_m) {
   if (off_m.cols() == 0) return;
+  foresight.passing_m2 *= own_errors_excess(foresight.passing_m2, off_m);
   // (94): mean of the earlier checks, and its information on the lasting part
   const Eigen::MatrixXd lasting = foresight.lasting_m2;
   const Cholesky mean(lasting + foresight.passing_m2 / static_cast<double>(off_m.cols()));

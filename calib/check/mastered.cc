@@ -24,8 +24,6 @@ std::size_t joint_index(const Calibration& calibration, const std::string& name)
                       fmt::format("no joint {}. There are: {}", name, all));
 }
 
-bool is_told(const ParameterResult& zero) { return zero.decided_by == DecidedBy::kData; }
-
 }  // namespace
 
 Phrase phrase(const MasteredZero& zero) {
@@ -37,22 +35,30 @@ Phrase phrase(const MasteredZero& zero) {
 
 Calibration as_mastered(const Calibration& calibration, const std::vector<std::string>& joints) {
   Calibration mastered = calibration;
-  std::string untold;
+  std::string by_frame, by_tolerance;
   for (const std::string& name : joints) {
     const ParameterKey key = joint_parameter(ParameterKind::kTheta, joint_index(calibration, name));
     const auto zero = std::ranges::find(mastered.parameters, key, &ParameterResult::key);
-    if (zero == mastered.parameters.end() || !is_told(*zero))
-      untold += (untold.empty() ? "" : ", ") + name;
-    else
+    if (zero != mastered.parameters.end() && zero->decided_by == DecidedBy::kData) {
       zero->correction = 0.0;
+      continue;
+    }
+    const bool frame = zero == mastered.parameters.end() || zero->decided_by == DecidedBy::kFrame;
+    std::string& names = frame ? by_frame : by_tolerance;
+    names += (names.empty() ? "" : ", ") + name;
   }
-  if (!untold.empty())
+  if (!by_frame.empty())
     throw IdentifyError(
         IdentifyError::Kind::kUndetermined,
         fmt::format(
             "no touch tells the zero of {}: it turns arm and base alike, or the tool about its own axis. "
             "Leave it out, and master it by its mark",
-            untold));
+            by_frame));
+  if (!by_tolerance.empty())
+    throw IdentifyError(IdentifyError::Kind::kUndetermined,
+                        fmt::format("the touches of this calibration leave the zero of {} to its "
+                                    "tolerance. Leave it out, or calibrate with more touches first",
+                                    by_tolerance));
   return mastered;
 }
 

@@ -5,10 +5,12 @@
 #include <limits>
 
 #include "calib/estimate/estimate.h"
+#include "calib/estimate/joint_functions.h"
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
 #include "calib/model/product.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -23,9 +25,6 @@ constexpr double kSamePlaceRad = 5e-3;
 constexpr double kRough[] = {0.0, 0.5, 1.0};
 /// Maximum number of rows for the sizes; more would not improve their accuracy notably.
 constexpr std::size_t kEnoughRows = 200;
-/// Maximum number of touches for the estimate; further touches of similar postures add little
-/// information.
-constexpr std::size_t kMostTouches = 1500;
 /// Upper limits of the usual repeatability of an electrical contact or a seated ball, and of a
 /// tracker. Scatter beyond them that no repeats show to be noise is attributed to the arm.
 constexpr double kUsualNoiseM = 0.05e-3, kUsualTrackerNoiseM = 0.015e-3;
@@ -261,8 +260,9 @@ std::vector<std::size_t> spread_over(const std::vector<bool>& use) {
   std::vector<std::size_t> all, some;
   for (std::size_t i = 0; i < use.size(); ++i)
     if (use[i]) all.push_back(i);
-  if (all.size() <= kMostTouches) return all;
-  for (std::size_t k = 0; k < kMostTouches; ++k) some.push_back(all[k * all.size() / kMostTouches]);
+  if (all.size() <= kMostTouchesOfField) return all;
+  for (std::size_t k = 0; k < kMostTouchesOfField; ++k)
+    some.push_back(all[k * all.size() / kMostTouchesOfField]);
   return some;
 }
 
@@ -305,12 +305,12 @@ void solve_together(const Problem& problem, const Eigen::MatrixXd& postures, con
 
 /// Selects the touches within the gate of their own sigma, field included. Returns true if the
 /// selection changed.
-bool select_alone(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+bool select_alone(const Problem& problem, Estimate& e) {
   Estimate alone = e;
   linearise(problem, e.u, e.use, alone.posterior.linear);
   alone.posterior.leverage =
       leverage_of(alone.posterior.linear.jacobian, alone.posterior.covariance_u);
-  std::vector<bool> inliers = select_inliers(problem, options, alone);
+  std::vector<bool> inliers = select_inliers(problem, alone);
   e.gate = alone.gate;
   std::swap(e.use, inliers);
   return e.use != inliers;
@@ -321,7 +321,7 @@ bool select_alone(const Problem& problem, const IdentifyOptions& options, Estima
 /// = V_c + J P^-1 J', the covariance of the whitened touches before the fit, (V_w^-1 r_mu)_i /
 /// sqrt((V_w^-1)_ii) is the studentised leave-one-out residual. Only the worst are removed at a
 /// time, since they affect their neighbours. Returns true if any was removed.
-bool reject_by_others(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+bool reject_by_others(const Problem& problem, Estimate& e) {
   constexpr double kOfWorst = 0.7;
   const Posterior& p = e.posterior;
   const Eigen::Index n = p.linear.length_row;
@@ -342,7 +342,7 @@ bool reject_by_others(const Problem& problem, const IdentifyOptions& options, Es
             std::max(off.back(), std::abs(pull[k]) / std::sqrt(information[k]));
   }
   if (off.empty()) return false;
-  const double gate = options.outlier_sigma * std::max(1.0, median(off) / kNormalMedian);
+  const double gate = kOutlierSigma * std::max(1.0, median(off) / kNormalMedian);
   const double worst = *std::max_element(off.begin(), off.end());
   if (worst <= gate) return false;
   for (std::size_t k = 0; k < off.size(); ++k)
@@ -420,9 +420,10 @@ double undetected_field_m(const Problem& problem, const Estimate& e, const Repea
     usual += std::pow(target.kind == TargetKind::kTracker ? kUsualTrackerNoiseM : kUsualNoiseM, 2);
     count += 1.0;
   }
-  const double noise_m = repeats.degrees_of_freedom >= kEnoughRepeats
-                             ? std::max(repeats.used_m, repeats.scatter_m)
-                             : std::sqrt(usual / std::max(1.0, count));
+  const double noise_m =
+      repeats.degrees_of_freedom >= kEnoughRepeats
+          ? std::max(repeats.used_degrees > 0.0 ? repeats.used_m : 0.0, repeats.scatter_m)
+          : std::sqrt(usual / std::max(1.0, count));
   // (33)
   const double rest = scatter_m * scatter_m - ripple / std::max(1.0, count) - noise_m * noise_m;
   // A remainder below this share of the noise variance may be chance.
@@ -430,12 +431,40 @@ double undetected_field_m(const Problem& problem, const Estimate& e, const Repea
   return rest > kChance * noise_m * noise_m ? std::sqrt(rest) : 0.0;
 }
 
+void widen_by_shared_errors(const Problem& problem, double rms_m, Estimate& e) {
+  constexpr double kReachRad = 12.0 * kRadPerDeg;
+  constexpr int kHighestOrder = 30;
+  if (!(rms_m > 0.0)) return;
+  const MeanRows mean = mean_rows(problem, e.posterior.linear);
+  const Eigen::Index rows = mean.linear.length_row;
+  const Eigen::MatrixXd by_rows = product(
+      e.posterior.covariance_u, Eigen::MatrixXd(mean.linear.jacobian.topRows(rows).transpose()));
+  double wanted = 0.0, is = 0.0;
+  for (const auto& [touch, row] : mean.linear.touch_row)
+    wanted +=
+        problem.place_rows(touch) * mean.times[touch] * std::pow(rms_m / problem.sigma_m(touch), 2);
+  const std::vector<double> shares = function_shares(kReachRad, 1, kHighestOrder);
+  Eigen::VectorXd sigma(2 * kHighestOrder);
+  for (Eigen::Index k = 0; k < sigma.size(); ++k)
+    sigma[k] = shares[static_cast<std::size_t>(k / 2)];
+  Eigen::MatrixXd added = Eigen::MatrixXd::Zero(problem.size(), problem.size());
+  for (const RowsOfJoint& one : rows_by_joint(problem, e.u, mean)) {
+    is += one.lever.squaredNorm();
+    Eigen::MatrixXd waves = waves_of(one, 1, kHighestOrder) * sigma.asDiagonal();
+    if (e.posterior.together.size() > 0)
+      e.posterior.together.triangularView<Eigen::Lower>().solveInPlace(waves);
+    const Eigen::MatrixXd moved = product(by_rows, waves);
+    add_product(1.0, moved, moved.transpose(), added);
+  }
+  if (is > 0.0) e.posterior.covariance_u += wanted / is * added;
+}
+
 Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,
                               const Repeats& repeats, Estimate& e) {
   constexpr int kRounds = 8;
   problem.set_ripple(0.0);
   const Eigen::MatrixXd postures = postures_of(problem);
-  const bool measured = repeats.degrees_of_freedom >= kEnoughRepeats;
+  const bool measured = repeats.used_degrees >= kEnoughRepeats;
   std::vector<std::size_t> used;
   double noise_factor = 1.0;
   Sizes sizes;
@@ -452,8 +481,8 @@ Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,
   for (int round = 0;; ++round) {
     solve_together(problem, postures, sizes, e);
     if (round + 1 == kRounds || !options.reject_outliers) break;
-    if (round < 2 && select_alone(problem, options, e)) continue;
-    if (!reject_by_others(problem, options, e)) break;
+    if (round < 2 && select_alone(problem, e)) continue;
+    if (!reject_by_others(problem, e)) break;
     size();  // a gross error changes the size of the field
   }
   Discrepancy found;

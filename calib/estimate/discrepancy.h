@@ -26,6 +26,9 @@ constexpr double kFieldSigmas = 4.0;
 /// Touch noise [m] below which correlation is ignored: the solver's last step leaves that much with
 /// noise-free touches.
 constexpr double kNothingM = 2e-6;
+/// Most touches that the estimate with a field takes; further touches of similar postures add little information. The
+/// evidence of more is no longer comparable with that of an estimate of all.
+constexpr std::size_t kMostTouchesOfField = 1500;
 
 /// Covariance of the whitened residuals of independent errors: 1 - J S J', less what the fit absorbs.
 Eigen::MatrixXd left_by_fit(const Eigen::Ref<const RowMajor>& jacobian,
@@ -53,6 +56,11 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
 /// of the repeats if measured, otherwise the usual noise of the kind of target.
 double undetected_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
                           double scatter_m);
+
+/// (33a): adds to the covariance of `e` that of errors of this rms (m) which touches share where they share a joint's angle.
+/// Errors that remain undetected may be such: as independent ones they would average out in the geometry, and with it at
+/// joint angles that no touch had.
+void widen_by_shared_errors(const Problem& problem, double rms_m, Estimate& e);
 
 /// Estimates the sizes of field and noise by restricted maximum likelihood (all unknowns integrated
 /// out over their priors), then repeats the estimate `e` with correlated touch errors. `e` has been

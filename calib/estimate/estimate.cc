@@ -59,7 +59,6 @@ std::vector<Studentised> studentised(const Problem& problem, const Eigen::Vector
 
 /// Studentised residuals of all fit touches; sets e.gate.
 std::vector<Studentised> studentise_and_set_gate(const Problem& problem,
-                                                 const IdentifyOptions& options,
                                                  const std::vector<bool>& fit, Estimate& e) {
   std::vector<Studentised> off = studentised(problem, e.u, fit, e.use, e.posterior);
   // For a point or a tracker the largest of three components counts, whose median is 1.26 sigma:
@@ -69,7 +68,7 @@ std::vector<Studentised> studentise_and_set_gate(const Problem& problem,
   for (std::size_t i = 0; i < off.size(); ++i)
     if (fit[i]) scatter.push_back(off[i].sigmas / kNormalMedian);
   // Scatter above the stated noise widens the gate instead of rejecting good touches.
-  e.gate = options.outlier_sigma * std::max(1.0, median(scatter));  // (21)
+  e.gate = kOutlierSigma * std::max(1.0, median(scatter));  // (21)
   return off;
 }
 
@@ -95,7 +94,7 @@ class OutlierRejection {
     if (!options_.reject_outliers) return false;
     constexpr double kInDoubt = 0.5;       // of the gate
     constexpr double kUndetermined = 0.9;  // leverage
-    const std::vector<Studentised> off = studentise_and_set_gate(problem, options_, fit_, e);
+    const std::vector<Studentised> off = studentise_and_set_gate(problem, fit_, e);
     const std::vector<std::size_t> first = first_undetermined(problem, e, off, kUndetermined);
     bool any = false;
     for (std::size_t i = 0; i < off.size(); ++i) {
@@ -201,33 +200,34 @@ bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
   const double cauchy = options.reject_outliers ? kCauchySigma : 0.0;
   const double finest = finest_sigma_m(problem, e.use);
   for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
-    e.u = step_towards(problem, e.u, {e.use, cauchy, options.max_iterations, floor});
+    e.u =
+        step_towards(problem, e.u, {.use = e.use, .cauchy_sigma = cauchy, .sigma_floor_m = floor});
   if (!e.u.allFinite() || e.u.lpNorm<Eigen::Infinity>() > kWithinReason) {
     e.u.setZero();
     for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
-      e.u = solve(problem, e.u, {e.use, cauchy, options.max_iterations, floor}).u;
+      e.u = solve(problem, e.u, {.use = e.use, .cauchy_sigma = cauchy, .sigma_floor_m = floor}).u;
   }
   if (!options.reject_outliers) {
     e.use = all;
     return false;
   }
-  const SolveOptions robust{e.use, cauchy, options.max_iterations, finest};
+  const SolveOptions robust{.use = e.use, .cauchy_sigma = cauchy, .sigma_floor_m = finest};
   const SolveResult solved = solve(problem, e.u, robust);
   e.u = solved.u;
   find_posterior(problem, e);
-  e.use = select_inliers(problem, options, e);
+  e.use = select_inliers(problem, e);
   return solved.converged && !needs_all_digits(problem, robust);
 }
 
 /// Repeats the approach in smaller steps of the floor, each solved to convergence, where the last
 /// stage was too long for the solver. Test OccurrenceLimit needs it: noise-free touches with little
 /// information on some unknown.
-void approach_slowly(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
+void approach_slowly(const Problem& problem, Estimate& e) {
   constexpr double kStep = 3.0;
   const double finest = finest_sigma_m(problem, e.use);
   e.u.setZero();
   for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
-    e.u = solve(problem, e.u, {e.use, 0.0, options.max_iterations, floor}).u;
+    e.u = solve(problem, e.u, {.use = e.use, .sigma_floor_m = floor}).u;
 }
 
 /// Alternates solving and outlier rejection until the set of touches in use no longer changes;
@@ -235,15 +235,15 @@ void approach_slowly(const Problem& problem, const IdentifyOptions& options, Est
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   OutlierRejection rejection(problem, options);
   for (int round = 0; round < kOutlierRounds; ++round) {
-    SolveOptions plain{e.use, 0.0, options.max_iterations, 0.0};
+    SolveOptions plain{e.use};
     // Noise-free touches are solved to convergence; for others the step over the levels follows.
     if (!needs_all_digits(problem, plain)) plain.tolerance = 1e-5;
     SolveResult solved = solve(problem, e.u, plain);
     if (!solved.converged) {
-      approach_slowly(problem, options, e);
+      approach_slowly(problem, e);
       solved = solve(problem, e.u, plain);
     }
-    if (!solved.converged) fail_to_converge(options.max_iterations);
+    if (!solved.converged) fail_to_converge(plain.max_iterations);
     e.u = solved.u;
     if (!options.reject_outliers) {
       linearise(problem, e.u, e.use, e.posterior.linear);
@@ -263,10 +263,9 @@ std::vector<bool> fit_touches(const Problem& problem) {
   return fit;
 }
 
-std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
-                                 Estimate& e) {
+std::vector<bool> select_inliers(const Problem& problem, Estimate& e) {
   std::vector<bool> inliers = fit_touches(problem);
-  const std::vector<Studentised> off = studentise_and_set_gate(problem, options, inliers, e);
+  const std::vector<Studentised> off = studentise_and_set_gate(problem, inliers, e);
   for (std::size_t i = 0; i < off.size(); ++i)
     if (off[i].sigmas > e.gate) inliers[i] = false;
   return inliers;

@@ -42,11 +42,13 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
 // Outliers: fit touches with a studentised residual beyond the gate. They are excluded from the
 // estimate, tested again at each step, and may be readmitted.
 
+/// Least gate; it widens if all touches scatter more than stated.
+inline constexpr double kOutlierSigma = 4.0;
+
 /// True for each fit touch; one entry per touch.
 std::vector<bool> fit_touches(const Problem& problem);
 
 /// Fit touches within the gate at the estimate, currently excluded ones included. Sets e.gate.
-std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
-                                 Estimate& e);
+std::vector<bool> select_inliers(const Problem& problem, Estimate& e);
 
 }  // namespace cellcal::calib

@@ -5,7 +5,6 @@
 #include <functional>
 
 #include "calib/estimate/predict.h"
-#include "calib/estimate/region.h"
 #include "calib/model/inverse.h"
 #include "calib/model/linear.h"
 
@@ -289,8 +288,6 @@ Eigen::Isometry3d carried_as_found(const Calibration& c, std::span<const double>
 
 namespace {
 
-constexpr double kHalfM = 0.15;
-
 /// Centres of the targets that at least so many axes carry, and the number of these.
 struct CarriedCentre {
   Eigen::Vector3d centre_m;
@@ -321,6 +318,13 @@ Eigen::Matrix3d any_orientation(Random& random) {
 
 }  // namespace
 
+TipMoves tip_moves(const ArmModel& arm, const std::vector<CarriedPose>& poses, const double* x_si) {
+  const auto pose = [&](std::size_t k) {
+    return arm.prepare(poses[k].joint_rad, 0, nullptr, poses[k].carrier_rad);
+  };
+  return tip_moves(arm, poses.size(), pose, x_si);
+}
+
 std::vector<CarriedPose> carried_poses(const ArmModel& arm, const Calibration& calibration,
                                        int axes, int count, unsigned seed) {
   constexpr int kAttempts = 50;  // per pose: most orientations of a long tool are out of reach
@@ -337,7 +341,7 @@ std::vector<CarriedPose> carried_poses(const ArmModel& arm, const Calibration& c
     const CarriedCentre& centre = centres[random.below(centres.size())];
     const Eigen::Isometry3d table = carried_at(robot, std::span(angles).first(centre.axes));
     Eigen::Isometry3d tcp(any_orientation(random));
-    tcp.translation() = table * (centre.centre_m + within(kHalfM, random));
+    tcp.translation() = table * (centre.centre_m + within(kNearTargetM, random));
     const Joint& first = robot.joints[0];
     const double track_m =
         first.is_prismatic() ? random.uniform(first.min_rad, first.max_rad) : 0.0;

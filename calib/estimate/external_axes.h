@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "calib/estimate/region.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/touch.h"
@@ -53,6 +54,8 @@ struct CarriedPose {
   JointVector joint_rad;
   std::vector<double> carrier_rad;
 };
+
+TipMoves tip_moves(const ArmModel& arm, const std::vector<CarriedPose>& poses, const double* x_si);
 
 /// Random poses of the nominal tip within 150 mm, per coordinate, of targets that the first `axes`
 /// axes carry, in any orientation that the arm reaches, at angles all over the axes' limits. At

@@ -30,7 +30,6 @@ void require_finite(const Touch& touch) {
 
 struct IncrementalEstimate::Impl {
   Cell cell;
-  IdentifyOptions options;
   Cell levelled;
   ArmModel arm;
   std::vector<Touch> touches;
@@ -40,18 +39,11 @@ struct IncrementalEstimate::Impl {
   std::unique_ptr<LevelSums> sums;
   std::size_t since = 0;  ///< touches since then
 
-  Impl(Cell stated, std::vector<Touch> first, IdentifyOptions how)
+  Impl(Cell stated, std::vector<Touch> first)
       : cell(std::move(stated)),
-        options(std::move(how)),
-        levelled(at_level(cell, options.level.value_or(ModelLevel{}), first)),
+        levelled(at_level(cell, {}, first)),
         arm(levelled),
         touches(std::move(first)) {}
-
-  std::vector<ModelLevel> levels() const {
-    if (options.level)
-      return {{1.0, 1.0, options.level->ripple_rad, options.level->play > 0.0 ? 1.0 : 0.0}};
-    return usual_levels();
-  }
 
   void from_nothing() {
     problem =
@@ -63,13 +55,13 @@ struct IncrementalEstimate::Impl {
             "target " + touches[i].target +
                 " has no fit touch; make some of its touches fit touches, or leave it out");
     weigh_repeats(*problem);
-    e = estimate(*problem, options, levels());
+    e = estimate(*problem, {}, usual_levels());
     begin_sums();
   }
 
   void anew() {
     linearise(*problem, e.u, e.use, e.posterior.linear);
-    refine(*problem, options, levels(), e);
+    refine(*problem, {}, usual_levels(), e);
     begin_sums();
   }
 
@@ -85,9 +77,8 @@ struct IncrementalEstimate::Impl {
   }
 };
 
-IncrementalEstimate::IncrementalEstimate(Cell cell, std::vector<Touch> touches,
-                                         IdentifyOptions options)
-    : impl_(new Impl(std::move(cell), std::move(touches), std::move(options))) {
+IncrementalEstimate::IncrementalEstimate(Cell cell, std::vector<Touch> touches)
+    : impl_(make_hidden<Impl>(std::move(cell), std::move(touches))) {
   if (std::none_of(impl_->touches.begin(), impl_->touches.end(),
                    [](const Touch& t) { return t.set == TouchSet::kFit; }))
     throw IdentifyError(IdentifyError::Kind::kUndetermined,
@@ -95,10 +86,6 @@ IncrementalEstimate::IncrementalEstimate(Cell cell, std::vector<Touch> touches,
   for (const Touch& touch : impl_->touches) require_finite(touch);
   impl_->from_nothing();
 }
-
-IncrementalEstimate::~IncrementalEstimate() = default;
-IncrementalEstimate::IncrementalEstimate(IncrementalEstimate&&) noexcept = default;
-IncrementalEstimate& IncrementalEstimate::operator=(IncrementalEstimate&&) noexcept = default;
 
 IncrementalEstimate::Taken IncrementalEstimate::add(const Touch& touch) {
   Impl& me = *impl_;
@@ -110,7 +97,7 @@ IncrementalEstimate::Taken IncrementalEstimate::add(const Touch& touch) {
                    [&](const TargetBlock& block) { return block.target == target; })) {
     std::vector<Touch> more = me.touches;
     more.push_back(touch);
-    auto fresh = std::make_unique<Impl>(me.cell, std::move(more), me.options);
+    auto fresh = make_hidden<Impl>(me.cell, std::move(more));
     fresh->from_nothing();
     impl_ = std::move(fresh);
     return {!impl_->e.use.back(), 0.0, true};
@@ -130,7 +117,7 @@ IncrementalEstimate::Taken IncrementalEstimate::add(const Touch& touch) {
                                                            rows.jacobian.row(k).transpose());
     taken.off_sigma = std::max(taken.off_sigma, std::abs(off[k]) / std::sqrt(variance));
   }
-  taken.outlier = me.options.reject_outliers && taken.off_sigma > me.e.gate;
+  taken.outlier = taken.off_sigma > me.e.gate;
   if (!taken.outlier) {
     me.e.use.back() = true;
     me.sums->add(*me.problem, rows);  // (34)

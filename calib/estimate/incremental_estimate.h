@@ -9,22 +9,18 @@
 // The final result is that of identify(), which starts from nothing and agrees with this estimate
 // to a small fraction of the uncertainty.
 
-#include <memory>
 #include <vector>
 
 #include "calib/estimate/evidence.h"
-#include "calib/estimate/options.h"
 #include "calib/estimate/problem.h"
+#include "calib/model/hidden.h"
 
 namespace cellcal::calib {
 
 class IncrementalEstimate {
  public:
   /// Estimate from `touches`. Throws IdentifyError if they determine nothing.
-  IncrementalEstimate(Cell cell, std::vector<Touch> touches, IdentifyOptions options = {});
-  ~IncrementalEstimate();
-  IncrementalEstimate(IncrementalEstimate&&) noexcept;
-  IncrementalEstimate& operator=(IncrementalEstimate&&) noexcept;
+  IncrementalEstimate(Cell cell, std::vector<Touch> touches);
 
   struct Taken {
     bool outlier = false;    ///< excluded from the estimate; tested again later
@@ -54,7 +50,7 @@ class IncrementalEstimate {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Hidden<Impl> impl_;
 };
 
 }  // namespace cellcal::calib

@@ -207,7 +207,7 @@ struct Sizing {
   Sizing(const Problem& plain, const Repeats& repeats, const Estimate& e, const SizedRows& of)
       : rows(of), integrated(plain, e.u, of.plain, of.residual_m) {
     constexpr double kEnoughRepeats = 3.0;
-    noise_measured = repeats.degrees_of_freedom >= kEnoughRepeats;
+    noise_measured = repeats.used_degrees >= kEnoughRepeats;
     if (noise_measured) integrated.by_unknowns.diagonal() += rows.own_m2;
   }
 

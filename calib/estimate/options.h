@@ -11,11 +11,7 @@ namespace cellcal::calib {
 constexpr int kStatedPoses = 1000;
 
 struct IdentifyOptions {
-  /// Studentised residual, in sigmas, above which touches are outliers and excluded; the gate
-  /// widens if all touches scatter more than stated.
-  double outlier_sigma = 4.0;
   bool reject_outliers = true;
-  int max_iterations = 100;
   /// Model level, if set; otherwise the mean over all levels, weighted by their evidence.
   std::optional<ModelLevel> level = std::nullopt;
   /// Number of random poses in the workspace, and near the targets, over which M2 and M3 are

@@ -14,7 +14,6 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kPoses = 200;
-constexpr unsigned kRegionSeed = 20240924;
 
 constexpr int kArms = 400;  ///< drawn from the covariance
 constexpr double kShare = 0.95, kConfidence = 0.98;
@@ -105,10 +104,8 @@ struct Predictor::Impl {
 };
 
 Predictor::Predictor(const Calibration& calibration, int carriers)
-    : impl_(std::make_unique<Impl>(calibration, at_level(calibration.cell, calibration.level),
-                                   carriers)) {}
-Predictor::~Predictor() = default;
-Predictor::Predictor(Predictor&&) noexcept = default;
+    : impl_(make_hidden<Impl>(calibration, at_level(calibration.cell, calibration.level),
+                              carriers)) {}
 
 Prediction Predictor::calibrated(std::span<const double> joint_rad,
                                  std::span<const double> carrier_rad,
@@ -124,8 +121,7 @@ Prediction Predictor::calibrated(std::span<const double> joint_rad,
 
 double Predictor::mean_error_m(const std::vector<JointVector>& poses) const {
   if (impl_->sigma.size() == 0) return 0.0;
-  const Eigen::VectorXd si = Eigen::VectorXd::Ones(impl_->arm.size());
-  return predicted_mean_error_m(aligned_moves(impl_->arm, poses, impl_->x.data(), si), impl_->sigma,
+  return predicted_mean_error_m(aligned_moves(impl_->arm, poses, impl_->x.data()), impl_->sigma,
                                 Eigen::VectorXd::Zero(static_cast<Eigen::Index>(poses.size())));
 }
 
@@ -146,10 +142,9 @@ Scope::Scope(const Calibration& calibration) : workspace_(calibration.verdict.wo
 }
 
 bool Scope::holds_at(const Eigen::Vector3d& tcp_m, int carriers) const {
-  constexpr double kNearM = 0.15;
   return workspace_ || std::ranges::any_of(near_, [&](const Place& place) {
            return place.carriers == carriers &&
-                  (tcp_m - place.place_m).cwiseAbs().maxCoeff() <= kNearM;
+                  (tcp_m - place.place_m).cwiseAbs().maxCoeff() <= kNearTargetM;
          });
 }
 
@@ -202,16 +197,12 @@ void PositionBound::spread_over(const std::vector<CarriedPose>& poses, bool halv
   constexpr Eigen::Index kEnough = 6;  // each half has three points, which fix a rigid body
   if (count < kEnough || covariance_.size() == 0) return;
   const auto carriers = static_cast<Eigen::Index>(poses.front().carrier_rad.size());
-  Eigen::MatrixXd moves(3 * count, arm_.size()), rigid(3 * count, 6), places(3 + carriers, count);
-  Eigen::Matrix3Xd jacobian(3, arm_.size());
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const CarriedPose& one = poses[static_cast<std::size_t>(k)];
-    const Eigen::Vector3d tip = arm_.position(
-        arm_.prepare(one.joint_rad, 0, nullptr, one.carrier_rad), x_.data(), jacobian);
-    moves.middleRows<3>(3 * k) = jacobian;
-    rigid.middleRows<3>(3 * k) = base_motion(tip);
-    places.col(k) << tip, Eigen::VectorXd::Map(one.carrier_rad.data(), carriers);
-  }
+  const auto [tips, moves] = tip_moves(arm_, poses, x_.data());
+  const Eigen::MatrixXd rigid = base_motions(tips);
+  Eigen::MatrixXd places(3 + carriers, count);
+  for (Eigen::Index k = 0; k < count; ++k)
+    places.col(k) << tips.col(k),
+        Eigen::VectorXd::Map(poses[static_cast<std::size_t>(k)].carrier_rad.data(), carriers);
   const Eigen::MatrixXd root = root_of(covariance_);
   const Eigen::MatrixXd spread = moves * root;
   std::vector<Region> regions = regions_of(places, halves);
@@ -278,15 +269,11 @@ double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vect
 }
 
 double PositionBound::mean_u95_m(std::span<const JointVector> postures) const {
-  Eigen::Matrix3Xd jacobian(3, arm_.size());
-  const ArmErrors errors = arm_.errors(x_.data());
-  ArmChain chain;
+  const TipMoves at = tip_moves(arm_, postures, x_.data());
   double sum = 0.0;
-  for (const JointVector& q : postures) {
-    const PreparedPose pose = arm_.prepare(q);
-    arm_.walk(pose, errors, chain);
-    arm_.derivative(pose, errors, chain, jacobian);
-    sum += u95_m(q, chain.tip, jacobian);
+  for (std::size_t i = 0; i < postures.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    sum += u95_m(postures[i], at.tips_m.col(k), at.moves_m.middleRows<3>(3 * k));
   }
   return postures.empty() ? 0.0 : sum / static_cast<double>(postures.size());
 }

@@ -3,11 +3,11 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "calib/estimate/external_axes.h"
+#include "calib/model/hidden.h"
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
 #include "calib/result/calibration.h"
@@ -27,8 +27,6 @@ class Predictor {
   /// In the base frame; with `carriers` in the frame that so many of the positioner's axes carry.
   /// Throws PositionerError without any touched target there: nothing was measured of it.
   explicit Predictor(const Calibration& calibration, int carriers = 0);
-  ~Predictor();
-  Predictor(Predictor&&) noexcept;
 
   /// `carrier_rad`: angles of those axes; `outer_rad`: of the axes after them, which load them; empty:
   /// 0. Throws std::invalid_argument for another number.
@@ -42,7 +40,7 @@ class Predictor {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Hidden<Impl> impl_;
 };
 
 /// Where a calibration holds: anywhere in scope "workspace", else near its targets, or near the

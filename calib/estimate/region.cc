@@ -45,8 +45,8 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
 }
 
 std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<JointVector>& around,
-                                     const std::vector<Eigen::Vector3d>& centres_m, double half_m,
-                                     int count, unsigned seed) {
+                                     const std::vector<Eigen::Vector3d>& centres_m, int count,
+                                     unsigned seed) {
   constexpr double kSpreadRad = 0.3, kSpreadM = 0.1;
   Random random(seed);
   std::vector<JointVector> poses;
@@ -60,7 +60,7 @@ std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<Join
     }
     const Eigen::Vector3d tip = arm.nominal_tip_m(q);
     for (const Eigen::Vector3d& centre : centres_m) {
-      if ((tip - centre).cwiseAbs().maxCoeff() > half_m) continue;
+      if ((tip - centre).cwiseAbs().maxCoeff() > kNearTargetM) continue;
       poses.push_back(std::move(q));
       break;
     }
@@ -107,23 +107,37 @@ Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& p) {
   return motion;
 }
 
-TipMoves tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses, const double* x_si,
+Eigen::Matrix<double, Eigen::Dynamic, 6> base_motions(const Eigen::Matrix3Xd& points_m) {
+  Eigen::Matrix<double, Eigen::Dynamic, 6> motions(3 * points_m.cols(), 6);
+  for (Eigen::Index k = 0; k < points_m.cols(); ++k)
+    motions.middleRows<3>(3 * k) = base_motion(points_m.col(k));
+  return motions;
+}
+
+TipMoves tip_moves(const ArmModel& arm, std::size_t count,
+                   const std::function<PreparedPose(std::size_t)>& pose, const double* x_si,
                    const Eigen::VectorXd& scale) {
-  const auto count = static_cast<Eigen::Index>(poses.size());
   const int n = arm.size();
   TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, n)};
   Eigen::Matrix3Xd jacobian(3, n);
   const ArmErrors errors = arm.errors(x_si);
   ArmChain chain;
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const PreparedPose pose = arm.prepare(poses[static_cast<std::size_t>(k)]);
-    arm.walk(pose, errors, chain);
-    arm.derivative(pose, errors, chain, jacobian);
+  for (std::size_t i = 0; i < count; ++i) {
+    const PreparedPose prepared = pose(i);
+    arm.walk(prepared, errors, chain);
+    arm.derivative(prepared, errors, chain, jacobian);
+    const auto k = static_cast<Eigen::Index>(i);
     at.tips_m.col(k) = chain.tip;
     at.moves_m.middleRows<3>(3 * k) = jacobian;
   }
-  at.moves_m *= scale.head(n).asDiagonal();
+  if (scale.size() > 0) at.moves_m *= scale.head(n).asDiagonal();
   return at;
+}
+
+TipMoves tip_moves(const ArmModel& arm, std::span<const JointVector> poses, const double* x_si,
+                   const Eigen::VectorXd& scale) {
+  return tip_moves(
+      arm, poses.size(), [&](std::size_t k) { return arm.prepare(poses[k]); }, x_si, scale);
 }
 
 namespace {
@@ -131,11 +145,8 @@ namespace {
 /// Moves, three rows per tip, after removal of the part that a base motion absorbs.
 Eigen::MatrixXd without_base_motion(const Eigen::Matrix3Xd& all_tips_m,
                                     const Eigen::MatrixXd& moves_m) {
-  const Eigen::Index count = all_tips_m.cols();
   // Base motion about the mean of the tips: the same motions, and well conditioned.
-  const Eigen::Matrix3Xd tips_m = all_tips_m.colwise() - all_tips_m.rowwise().mean().eval();
-  Eigen::Matrix<double, Eigen::Dynamic, 6> rigid(3 * count, 6);
-  for (Eigen::Index k = 0; k < count; ++k) rigid.middleRows<3>(3 * k) = base_motion(tips_m.col(k));
+  const auto rigid = base_motions(all_tips_m.colwise() - all_tips_m.rowwise().mean().eval());
   const Eigen::Matrix<double, 6, 6> square = rigid.transpose() * rigid;
   const Eigen::Matrix<double, 6, Eigen::Dynamic> pulled = rigid.transpose() * moves_m;
   return moves_m - rigid * square.completeOrthogonalDecomposition().solve(pulled);
@@ -173,10 +184,14 @@ Eigen::VectorXd ripple_variance_m2(const ArmModel& arm, const std::vector<JointV
                                    double ripple_rad) {
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(poses.size()));
   if (!(ripple_rad > 0.0)) return variance;
+  const auto turning =
+      static_cast<Eigen::Index>(arm.robot().joints.size() - arm.robot().first_turning());
   for (Eigen::Index k = 0; k < variance.size(); ++k)
-    variance[k] =
-        arm.nominal_jacobian(poses[static_cast<std::size_t>(k)]).topRows<3>().squaredNorm() *
-        ripple_rad * ripple_rad;
+    variance[k] = arm.nominal_jacobian(poses[static_cast<std::size_t>(k)])
+                      .topRows<3>()
+                      .rightCols(turning)
+                      .squaredNorm() *
+                  ripple_rad * ripple_rad;
   return variance;
 }
 

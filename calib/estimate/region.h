@@ -2,6 +2,7 @@
 // Poses of the workspace, and TCP errors that a covariance predicts there.
 
 #include <Eigen/Core>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -14,16 +15,23 @@ namespace cellcal::calib {
 /// Mean over rms of the norm of an isotropic 3-D Gaussian: sqrt(8 / (3 pi)).
 inline constexpr double kMeanOverRms = 0.9213177319235613;
 
+/// Poses whose tip is so close to a target, per coordinate, count as near it.
+inline constexpr double kNearTargetM = 0.150;
+/// Fewest poses for an alignment by a base motion to leave a remainder.
+inline constexpr std::size_t kFewestPoses = 3;
+/// Seed of the poses of all figures of a calibration.
+inline constexpr unsigned kRegionSeed = 20240924;
+
 /// Random poses of the region in front of the arm where cells are: the first axis within 60 deg of
 /// its middle, the others in the middle 75 % of their range but within 170 deg of zero, the tip
 /// 50 mm above the arm's foot, in any orientation of [base]; also below the foot for an arm that
 /// hardly reaches above. `count` of them, reproducible by `seed`.
 std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigned seed);
 
-/// Poses near the given ones whose tip is within `half_m` (a cube) of one of the centres.
+/// Poses near the given ones whose tip is near one of the centres.
 std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<JointVector>& around,
-                                     const std::vector<Eigen::Vector3d>& centres_m, double half_m,
-                                     int count, unsigned seed);
+                                     const std::vector<Eigen::Vector3d>& centres_m, int count,
+                                     unsigned seed);
 
 /// Postures where trackers alone measured the arm: at most 60 of the fit touches, of those in `use`
 /// unless it is empty. None if a target of another kind was touched.
@@ -36,19 +44,25 @@ std::vector<JointVector> poses_between(const std::vector<JointVector>& postures,
 
 /// Motion of a point per metre of translation and radian of rotation of the base about its origin.
 Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& point_m);
+/// Of several points, 3 rows each.
+Eigen::Matrix<double, Eigen::Dynamic, 6> base_motions(const Eigen::Matrix3Xd& points_m);
 
-/// Tips, and their motion per prior sigma of each arm parameter, 3 rows per pose [m].
+/// Tips, and their motion per prior sigma of each arm parameter, 3 rows per pose [m]. `scale`: prior
+/// sigmas; empty: per SI unit instead.
 struct TipMoves {
   Eigen::Matrix3Xd tips_m;
   Eigen::MatrixXd moves_m;
 };
-TipMoves tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses, const double* x_si,
-                   const Eigen::VectorXd& scale);
+TipMoves tip_moves(const ArmModel& arm, std::size_t count,
+                   const std::function<PreparedPose(std::size_t)>& pose, const double* x_si,
+                   const Eigen::VectorXd& scale = {});
+TipMoves tip_moves(const ArmModel& arm, std::span<const JointVector> poses, const double* x_si,
+                   const Eigen::VectorXd& scale = {});
 
 /// Moves after alignment by a 6-DoF base motion. Needs at least 3 poses.
 Eigen::MatrixXd aligned(const TipMoves& at);
 Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
-                              const double* x_si, const Eigen::VectorXd& scale);
+                              const double* x_si, const Eigen::VectorXd& scale = {});
 
 /// Variance of the tip [m^2, summed over x, y, z] at each pose due to an error of `ripple_rad`,
 /// 1 sigma, in every joint: the part that no number of touches reduces.

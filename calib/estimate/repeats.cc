@@ -38,9 +38,18 @@ bool same_place(const Touch& a, const Touch& b) {
   return a.target == b.target && a.tool == b.tool && a.load == b.load && same_posture(a, b);
 }
 
+/// True for touches of one mean (24a): they differ by noise of one size, not by what a latch delay may do at another speed.
+bool same_but_for_noise(const Touch& a, const Touch& b, const Cell& cell) {
+  constexpr double kOfNoise = 0.2;
+  const double noise_m = a.sigma_m > 0.0 ? a.sigma_m : cell.touch_sigma_m;
+  return a.sigma_m == b.sigma_m && same_place(a, b) &&
+         std::abs(a.speed_m_s - b.speed_m_s) * cell.latch_delay_sigma_s <= kOfNoise * noise_m;
+}
+
 /// Groups of two or more touches, each around its first touch in order of the first axis.
+template <class Alike>
 std::vector<std::vector<std::size_t>> groups_of(std::span<const Touch> touches,
-                                                bool (&alike)(const Touch&, const Touch&)) {
+                                                const Alike& alike) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < touches.size(); ++i)
     if (touches[i].set == TouchSet::kFit && !touches[i].joint_rad.empty()) order.push_back(i);
@@ -64,6 +73,42 @@ std::vector<std::vector<std::size_t>> groups_of(std::span<const Touch> touches,
   return groups;
 }
 
+/// One row of the touches of a place.
+struct Column {
+  std::vector<double> residuals_m;
+  bool states_sigma = false;
+};
+
+struct Scatter {
+  double sum_m2 = 0.0, degrees_of_freedom = 0.0;
+};
+
+/// About the places' means, without those of a gross error.
+Scatter scatter_of(const std::vector<Column>& columns) {
+  std::vector<double> distances;
+  for (const auto& [column, states_sigma] : columns) {
+    const double middle =
+        std::accumulate(column.begin(), column.end(), 0.0) / static_cast<double>(column.size());
+    const double shrunk =
+        std::sqrt(1.0 - 1.0 / static_cast<double>(column.size()));  // about their own mean
+    for (const double r : column) distances.push_back(std::abs(r - middle) / shrunk);
+  }
+  Scatter scatter;
+  if (distances.empty()) return scatter;
+  const double usual = kMadToSigma * median(distances);
+  for (const auto& [column, states_sigma] : columns) {
+    const double middle = median(column);
+    if (std::any_of(column.begin(), column.end(),
+                    [&](double r) { return std::abs(r - middle) > kGross * usual; }))
+      continue;
+    const auto count = static_cast<double>(column.size());
+    const double mean = std::accumulate(column.begin(), column.end(), 0.0) / count;
+    for (const double r : column) scatter.sum_m2 += (r - mean) * (r - mean);
+    scatter.degrees_of_freedom += count - 1.0;
+  }
+  return scatter;
+}
+
 }  // namespace
 
 Repeats find_repeats(const Problem& problem) {
@@ -75,59 +120,45 @@ Repeats find_repeats(const Problem& problem) {
   for (const std::vector<std::size_t>& group : groups_of(touches, same_posture))
     for (const std::size_t i : group) result.times[i] = static_cast<int>(group.size());
   result.used_m = problem.cell().touch_sigma_m;
+  const auto repeated = [&](const Touch& a, const Touch& b) {
+    return same_but_for_noise(a, b, problem.cell());
+  };
   // Residuals of a group by the nominal arm, one column per row of a touch.
-  std::vector<std::vector<double>> columns;
+  std::vector<Column> columns;
   const Eigen::VectorXd nominal = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
   const Problem::At at = problem.at(nominal.data());
-  for (const std::vector<std::size_t>& group : groups_of(touches, same_place)) {
+  for (const std::vector<std::size_t>& group : groups_of(touches, repeated)) {
     result.touches += static_cast<int>(group.size());
     for (const std::size_t i : group) result.first[i] = group.front();
     std::vector<std::size_t> measured;
     for (const std::size_t i : group)
-      if (!(touches[i].sigma_m > 0.0) &&
-          std::none_of(measured.begin(), measured.end(),
+      if (std::none_of(measured.begin(), measured.end(),
                        [&](std::size_t other) { return same_reading(touches[i], touches[other]); }))
         measured.push_back(i);
     if (measured.size() < 2) continue;
     const int rows = problem.place_rows(group.front());
-    for (int k = 0; k < rows; ++k) columns.emplace_back();
+    for (int k = 0; k < rows; ++k) columns.push_back({{}, touches[group.front()].sigma_m > 0.0});
     for (const std::size_t i : measured) {
       double r[Problem::kMostRows];
       problem.residual_m(i, at, r, nullptr, nullptr);
       for (int k = 0; k < rows; ++k)
-        columns[columns.size() - static_cast<std::size_t>(rows - k)].push_back(r[k]);
+        columns[columns.size() - static_cast<std::size_t>(rows - k)].residuals_m.push_back(r[k]);
     }
   }
-  std::vector<double> distances;
-  for (const std::vector<double>& column : columns) {
-    const double middle =
-        std::accumulate(column.begin(), column.end(), 0.0) / static_cast<double>(column.size());
-    const double shrunk =
-        std::sqrt(1.0 - 1.0 / static_cast<double>(column.size()));  // about their own mean
-    for (const double r : column) distances.push_back(std::abs(r - middle) / shrunk);
-  }
-  if (distances.empty()) return result;
-  const double usual = kMadToSigma * median(distances);
-  double sum = 0.0;
-  for (const std::vector<double>& column : columns) {
-    const double middle = median(column);
-    if (std::any_of(column.begin(), column.end(),
-                    [&](double r) { return std::abs(r - middle) > kGross * usual; }))
-      continue;
-    const auto count = static_cast<double>(column.size());
-    const double mean = std::accumulate(column.begin(), column.end(), 0.0) / count;
-    for (const double r : column) sum += (r - mean) * (r - mean);
-    result.degrees_of_freedom += count - 1.0;
-  }
-  if (result.degrees_of_freedom == 0.0) return result;
-  result.scatter_m = std::sqrt(sum / result.degrees_of_freedom);  // (23)
+  const Scatter all = scatter_of(columns);
+  result.degrees_of_freedom = all.degrees_of_freedom;
+  if (all.degrees_of_freedom == 0.0) return result;
+  result.scatter_m = std::sqrt(all.sum_m2 / all.degrees_of_freedom);  // (23)
+  std::erase_if(columns, &Column::states_sigma);
+  const Scatter own = scatter_of(columns);
+  if (own.degrees_of_freedom == 0.0) return result;
+  result.used_degrees = own.degrees_of_freedom;
+  const double scatter_m = std::sqrt(own.sum_m2 / own.degrees_of_freedom);
   const double stated = problem.cell().touch_sigma_m;
-  if (result.degrees_of_freedom >= kEnoughDegrees && result.scatter_m < kNoFigureShare * stated) {
-    result.used_m = result.scatter_m;
-    return result;
-  }
-  result.used_m = std::sqrt((kStatedDegrees * stated * stated + sum) /  // (23)
-                            (kStatedDegrees + result.degrees_of_freedom));
+  result.used_m = own.degrees_of_freedom >= kEnoughDegrees && scatter_m < kNoFigureShare * stated
+                      ? scatter_m
+                      : std::sqrt((kStatedDegrees * stated * stated + own.sum_m2) /  // (23)
+                                  (kStatedDegrees + own.degrees_of_freedom));
   return result;
 }
 

@@ -27,10 +27,10 @@ struct Repeats {
   double scatter_m = 0.0;  ///< 1 sigma of one of them about its group's mean, pooled
   double degrees_of_freedom = 0.0;  ///< of the scatter; 0: not measured
   double used_m = 0.0;              ///< noise of a touch that states none: stated and measured
+  double used_degrees = 0.0;        ///< of the scatter that used_m contains; 0: as stated
 };
 
-/// Repeats among the fit touches. Touches that state their own sigma are not evaluated, nor are
-/// identical rows, which are copies.
+/// Repeats among the fit touches. Identical rows are copies and not evaluated; touches that state their own sigma keep it.
 Repeats find_repeats(const Problem& problem);
 /// A linearisation with one row of each place for those of its repeats: their mean, times the root of
 /// their number. The mean has the ripple of one touch, the differences have none, (24a).

@@ -18,6 +18,12 @@ namespace cellcal::calib {
 
 namespace {
 
+ArmModel model_of(const RigidArm& arm) {
+  Tool tool;
+  tool.tcp = arm.tcp;
+  return {arm.robot, tool};
+}
+
 /// Correction of a parameter that is identified as a deviation.
 double deviation(const Calibration& c, const ParameterKey& key) {
   const ParameterResult* found = find(c, key);
@@ -294,9 +300,7 @@ RigidArm calibrated_rigid_arm(const Calibration& calibration) {
 }
 
 RigidPose pose_of(const RigidArm& arm, const std::vector<double>& joint_rad) {
-  Tool tool;
-  tool.tcp = arm.tcp;
-  const ArmModel model(arm.robot, tool);
+  const ArmModel model = model_of(arm);
   const ArmShape shape = model.shape(model.prepare(joint_rad), nullptr);
   return {shape.flange, shape.tcp};
 }
@@ -308,9 +312,7 @@ RigidArm nearest_rigid_arm(const Calibration& calibration) {
   RigidArm arm = calibrated_rigid_arm(calibration);
   const Predictor whole(calibration);
   for (int pass = 0; pass < kPasses; ++pass) {
-    Tool tool;
-    tool.tcp = arm.tcp;
-    const ArmModel model(arm.robot, tool);
+    const ArmModel model = model_of(arm);
     const std::vector<ArmParameter>& all = model.parameters();
     // The errors of geometry are the first.
     const auto count = std::ranges::count_if(
@@ -347,9 +349,7 @@ RigidArm nearest_rigid_arm(const Calibration& calibration) {
 }
 
 OmittedEffects left_out(const Calibration& calibration, const RigidArm& rigid) {
-  Tool tool;
-  tool.tcp = rigid.tcp;
-  const ArmModel model(rigid.robot, tool);
+  const ArmModel model = model_of(rigid);
   const Predictor whole(calibration);
   return over_workspace(model, [&](const JointVector& q) {
     return (whole.calibrated(q).tcp.translation() - model.nominal_tip_m(q)).norm();

@@ -29,9 +29,10 @@ std::string comment_lines(const std::string& comment) {
   return text.empty() ? text : text + '\n';
 }
 
+constexpr const char* kKeys[] = {"x", "y", "z", "roll", "pitch", "yaw"};
+
 std::string yaml_frame(const std::string& name, const Eigen::Isometry3d& frame) {
   const Eigen::Vector3d xyz = frame.translation(), rpy = roll_pitch_yaw(frame.linear());
-  constexpr const char* kKeys[] = {"x", "y", "z", "roll", "pitch", "yaw"};
   std::string text = "  " + name + ":\n";
   for (int k = 0; k < 6; ++k)
     text += fmt::format("    {}: {}\n", kKeys[k], shortest(k < 3 ? xyz[k] : rpy[k - 3]));
@@ -203,7 +204,6 @@ ordered_json positioner_json(const Calibration& c, std::size_t j, const PlacedJo
 
 std::string unit_yaml(const Calibration& c, const PlacedJoint& placed) {
   if (c.cell.robot.first_turning() == 0) return {};
-  constexpr const char* kKeys[] = {"x", "y", "z", "roll", "pitch", "yaw"};
   constexpr double kIntervalM = 0.01;
   const double low_m = c.cell.robot.joints.front().min_rad,
                stroke_m = c.cell.robot.joints.front().max_rad - low_m;
@@ -270,8 +270,7 @@ std::string arm_json(const Calibration& calibration) {
   json["flange"] = frame_json(frames.flange);
   json["tcp"] = frame_json(frames.tcp);
   if (const auto* bending = find(calibration, tool_parameter(ParameterKind::kDeflection, 0)))
-    json["tool_bending_1_per_nm2"] = {{"value", bending->nominal + bending->correction},
-                                      {"sigma", bending->sigma}};
+    json["tool_bending_1_per_nm2"] = with_sigma(*bending);
   const Tool& tool = calibration.cell.tool;
   json["tool"] = {{"mass_kg", tool.mass_kg},
                   {"com_m", {tool.com_m[0], tool.com_m[1], tool.com_m[2]}},

@@ -156,6 +156,19 @@ bool shows_discrepancy(const Calibration& c) {
           (functions && c.residuals.size() <= kFewTouches));
 }
 
+/// True if the field is likelier than the functions of the joints' angles, by the evidence of the same touches.
+bool likelier_than_functions(const Cell& cell, const std::vector<Touch>& touches,
+                             IdentifyOptions with_field, const Calibration& field,
+                             const Calibration& functions) {
+  if (touches.size() <= kMostTouchesOfField) return field.log_evidence > functions.log_evidence;
+  std::vector<Touch> some;
+  for (const std::size_t i : share_of(touches, kMostTouchesOfField)) some.push_back(touches[i]);
+  const auto one = tried(cell, some, with_field);
+  with_field.with_discrepancy = false;
+  const auto other = tried(cell, some, with_field);
+  return one && other && one->log_evidence > other->log_evidence;
+}
+
 /// Calibration with the discrepancy estimated, if the residuals show one and, where the arm has functions of its joints'
 /// angles, it is likelier than those. If both are withheld, `stated` with the findings of the other as warnings.
 Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches,
@@ -164,7 +177,8 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
   options.with_discrepancy = true;
   std::optional<Calibration> estimated = tried(cell, touches, options);
   if (!estimated) return stated;
-  if (has_functions(stated.cell.robot) && !(estimated->log_evidence > stated.log_evidence))
+  if (has_functions(stated.cell.robot) &&
+      !likelier_than_functions(cell, touches, options, *estimated, stated))
     return stated;
   estimated->discrepancy.alike = stated.discrepancy.alike;
   if (estimated->verdict.publish() || stated.verdict.publish()) return std::move(*estimated);

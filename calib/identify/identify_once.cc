@@ -29,10 +29,6 @@ namespace {
 
 /// Number of poses that shows which directions of the frame move the tip.
 constexpr int kFramePoses = 60;
-constexpr double kLocalHalfM = 0.150;
-/// Fewest poses for an alignment by a base motion to leave a remainder.
-constexpr std::size_t kFewestPoses = 3;
-constexpr unsigned kRegionSeed = 20240924;
 
 /// Index of the first of the cell's tools that touched the target.
 int first_tool(const Problem& problem, const TargetBlock& block) {
@@ -99,7 +95,7 @@ std::vector<JointVector> poses_near_targets(const Problem& problem, const Calibr
         centres.push_back(stands ? problem.arm().position(problem.pose(i), nullptr)
                                  : problem.arm().nominal_tip_m(problem.touches()[i].joint_rad));
   }
-  return local_poses(problem.arm(), around, centres, kLocalHalfM, count, kRegionSeed);
+  return local_poses(problem.arm(), around, centres, count, kRegionSeed);
 }
 
 /// Whitened residuals of the touches, each by its own sigma, without correlation.
@@ -112,7 +108,7 @@ Eigen::VectorXd residuals_alone(const Posterior& posterior) {
 /// Log evidence, comparable between different noise and unknowns, unlike that of the levels. The
 /// noise differs with repeats and with a discrepancy; a target taken as two has additional
 /// unknowns, of which those without a prior count as known to their scale (10 mm, 10 mrad).
-double log_evidence(const Problem& problem, const Estimate& e, double gate) {
+double log_evidence(const Problem& problem, const Estimate& e) {
   double log_size = 0.0;
   for (Eigen::Index k = 0; k < e.posterior.together.rows(); ++k)
     log_size += std::log(e.posterior.together(k, k));
@@ -120,7 +116,8 @@ double log_evidence(const Problem& problem, const Estimate& e, double gate) {
     if (problem.touches()[i].set != TouchSet::kFit) continue;
     const double sigma_m =
         e.use[i] ? problem.own_sigma_m(i) : std::hypot(problem.own_sigma_m(i), problem.field_m());
-    log_size += problem.rows(i) * std::log(sigma_m) + (e.use[i] ? 0.0 : gate * gate / 2.0);
+    log_size += problem.rows(i) * std::log(sigma_m) +
+                (e.use[i] ? 0.0 : kOutlierSigma * kOutlierSigma / 2.0);
   }
   double log_flat = 0.0;
   for (const Unknown& unknown : problem.unknowns())
@@ -513,18 +510,21 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
   calibration.level = options.level.value_or(
       ModelLevel{1.0, mean.transmission, mean.ripple_rad, likely->level.play});
   calibration.levels = mean.levels;
-  calibration.log_evidence = log_evidence(problem, e, options.outlier_sigma);
+  calibration.log_evidence = log_evidence(problem, e);
   if (options.level) calibration.levels.front().level = *options.level;
   calibration.level_reason = {options.level ? LevelChoice::kAskedFor
                                             : LevelChoice::kMeanByEvidence};
   fill_fit(problem, e, likely->repeats, calibration);
+  calibration.region = tracker_region(cell, touches, e.use);
   if (!together && !options.level) {
     if (calibration.touch_noise_m > kNothingM)
       calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
     calibration.discrepancy.sigma_m =
         undetected_field_m(problem, e, likely->repeats, calibration.touch_noise_m);
   }
-  calibration.region = tracker_region(cell, touches, e.use);
+  if (!calibration.region.empty() && !options.level && options.functions &&
+      !has_functions(problem.arm().robot()))
+    widen_by_shared_errors(problem, calibration.discrepancy.sigma_m, e);
   calibration.touched_loads = touched_loads(cell, touches);
   fill_accuracy(problem, e, options.region_poses, calibration);
   // Not with a discrepancy, for which they were sought before: the model error resembles moves and

@@ -23,16 +23,7 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr unsigned kSeed = 20240924;  // as for the calibration's own figures
-constexpr double kLocalHalfM = 0.150;
-constexpr std::size_t kFewestPoses = 3;
-
 ArmModel arm_of(const Calibration& c) { return ArmModel(at_level(c.cell, c.level)); }
-
-Eigen::MatrixXd moves_at(const ArmModel& arm, const Eigen::VectorXd& x,
-                         const std::vector<JointVector>& poses) {
-  return aligned_moves(arm, poses, x.data(), Eigen::VectorXd::Ones(arm.size()));
-}
 
 Eigen::VectorXd stays_m2(const ArmModel& arm, const Calibration& c,
                          const std::vector<JointVector>& poses) {
@@ -44,23 +35,14 @@ Eigen::VectorXd stays_m2(const ArmModel& arm, const Calibration& c,
 
 std::vector<CarriedPose> stated_on_positioner(const Calibration& c, int count) {
   return carried_poses(arm_of(c), c, static_cast<int>(c.cell.robot.positioner.size()), count,
-                       kSeed);
+                       kRegionSeed);
 }
 
 Eigen::MatrixXd carried_moves(const Calibration& c, const std::vector<CarriedPose>& poses) {
   const ArmModel arm = arm_of(c);
   if (poses.size() < kFewestPoses) return Eigen::MatrixXd(0, arm.size());
   const Eigen::VectorXd x = arm_values(arm, c);
-  const auto count = static_cast<Eigen::Index>(poses.size());
-  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, arm.size())};
-  Eigen::Matrix3Xd jacobian(3, arm.size());
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const CarriedPose& pose = poses[static_cast<std::size_t>(k)];
-    at.tips_m.col(k) =
-        arm.position(arm.prepare(pose.joint_rad, 0, nullptr, pose.carrier_rad), x.data(), jacobian);
-    at.moves_m.middleRows<3>(3 * k) = jacobian;
-  }
-  return aligned(at);
+  return aligned(tip_moves(arm, poses, x.data()));
 }
 
 // Predicted position error of the tip by a calibration.
@@ -72,7 +54,7 @@ double foreseen_error_m(const Calibration& c, const std::vector<JointVector>& po
   if (poses.size() < kFewestPoses) return 0.0;
   const ArmModel arm = arm_of(c);
   const Eigen::VectorXd x = arm_values(arm, c);
-  return predicted_mean_error_m(moves_at(arm, x, poses), arm_covariance(arm, c),
+  return predicted_mean_error_m(aligned_moves(arm, poses, x.data()), arm_covariance(arm, c),
                                 stays_m2(arm, c, poses));
 }
 
@@ -91,18 +73,18 @@ NominalError nominal_error_of(const Calibration& c, const std::vector<JointVecto
   if (poses.size() < kFewestPoses) return {};
   const ArmModel arm = arm_of(c);
   const Eigen::VectorXd x = arm_values(arm, c);
-  return nominal_error(arm, poses, x.data(), moves_at(arm, x, poses),
+  return nominal_error(arm, poses, x.data(), aligned_moves(arm, poses, x.data()),
                        drawn_arms(arm_covariance(arm, c)), stays_m2(arm, c, poses));
 }
 
 std::vector<JointVector> stated_workspace(const Calibration& c, int count) {
-  return workspace_poses(arm_of(c), count, kSeed);
+  return workspace_poses(arm_of(c), count, kRegionSeed);
 }
 
 /// Poses near the targets in postures similar to those of the touches.
 std::vector<JointVector> stated_near_targets(const Calibration& c,
                                              const std::vector<JointVector>& around, int count) {
-  if (!c.region.empty()) return poses_between(c.region, count, kSeed);
+  if (!c.region.empty()) return poses_between(c.region, count, kRegionSeed);
   const ArmModel arm = arm_of(c);
   std::vector<Eigen::Vector3d> centres;
   for (const TargetResult& target : c.targets)
@@ -110,7 +92,7 @@ std::vector<JointVector> stated_near_targets(const Calibration& c,
       centres.push_back(target.centre_m);
   if (!c.cell.robot.positioner.empty())  // where its targets were touched
     for (const JointVector& touched : around) centres.push_back(arm.nominal_tip_m(touched));
-  return local_poses(arm, around, centres, kLocalHalfM, count, kSeed);
+  return local_poses(arm, around, centres, count, kRegionSeed);
 }
 
 // Verdict on an update: published, or withheld with its findings.
@@ -316,6 +298,7 @@ void forget_session(Calibration& c) {
   c.unseen = {};
   c.inputs.clear();
   c.log_evidence = 0.0;
+  c.uncertainty.clear();
   c.verdict = {.workspace = c.verdict.workspace};
 }
 
@@ -451,9 +434,10 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
     for (const Touch& touch : touches) around.push_back(touch.joint_rad);
     const auto near = stated_near_targets(c, around, facts.region_poses);
     c.predicted_near_targets_m =
-        near.size() < 3 ? c.predicted_workspace_m : foreseen_error_m(c, near);
+        near.size() < kFewestPoses ? c.predicted_workspace_m : foreseen_error_m(c, near);
     const NominalError over_workspace = nominal_error_of(c, workspace);
-    const NominalError local = near.size() < 3 ? over_workspace : nominal_error_of(c, near);
+    const NominalError local =
+        near.size() < kFewestPoses ? over_workspace : nominal_error_of(c, near);
     c.nominal_workspace_m = over_workspace.mean_m;
     c.nominal_workspace_u_m = over_workspace.u_m;
     c.nominal_near_targets_m = local.mean_m;

@@ -64,8 +64,7 @@ Eigen::Isometry3d ArmModel::base_of(const PreparedPose& pose, const double* x,
         axis.sign * pose.carrier_rad[j] + of(j, AxisError::kScale) + of(j, AxisError::kCompliance);
     turn_z(rotation, std::cos(angle), std::sin(angle));
   }
-  Eigen::Isometry3d base = Eigen::Isometry3d::Identity();
-  base.linear() = rotation.transpose();
+  Eigen::Isometry3d base(rotation.transpose());
   base.translation() = -(base.linear() * origin);
   for (std::size_t j = 0; j < static_cast<std::size_t>(pose.carriers); ++j) {
     ArmChain::Carrier& its = chain.carrier[j];

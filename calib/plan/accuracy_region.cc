@@ -17,7 +17,6 @@ namespace cellcal::calib {
 namespace {
 
 constexpr unsigned kSeed = 7;
-constexpr double kNearM = 0.150;
 constexpr double kLargestMm = 1e5;
 
 Eigen::Vector3d parse_corner(std::string_view& text, bool last) {
@@ -87,8 +86,7 @@ std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& region, 
   switch (region.kind) {
     case AccuracyRegion::Kind::kBox: return in_box(region, arm, limit_margin_rad, count);
     case AccuracyRegion::Kind::kTargets:
-    case AccuracyRegion::Kind::kTool:
-      return local_poses(arm, touches, centres_m, kNearM, count, kSeed);
+    case AccuracyRegion::Kind::kTool: return local_poses(arm, touches, centres_m, count, kSeed);
     case AccuracyRegion::Kind::kPostures: return region.postures;
     case AccuracyRegion::Kind::kWorkspace: break;
   }

@@ -53,8 +53,7 @@ bool aim_at(const Pool& pool, const PlanOptions& options, const Surface& surface
   const auto at = [&](double outside_m, const JointVector& seed) -> std::optional<JointVector> {
     const Eigen::Vector3d wanted =
         surface.centre_m + (surface.radius_m + outside_m) * surface.normal;
-    Eigen::Isometry3d command = Eigen::Isometry3d::Identity();
-    command.linear() = candidate.orientation;
+    Eigen::Isometry3d command(candidate.orientation);
     command.translation() = wanted;
     std::optional<JointVector> q = seed;
     constexpr int kCorrections = 4;  // each leaves a thousandth
@@ -68,12 +67,10 @@ bool aim_at(const Pool& pool, const PlanOptions& options, const Surface& surface
   const auto standoff = at(length.before_m, candidate.contact),
              end = at(-length.behind_m, candidate.contact);
   if (!standoff || !end) return false;
-  if (!pool.clearance().clear_search(candidate.clear, *end, candidate.target, kTipMarginM))
-    return false;
+  if (!pool.clearance().clear_search(candidate.clear, *end, candidate.target)) return false;
   // Via the stand-off for an unknown arm, then straight on: a transit from far away that ends so
   // near the surface would have less clearance than the error of the nominal arm.
-  if (!pool.clearance().clear_search(touch.standoff, *standoff, candidate.target, kTipMarginM))
-    return false;
+  if (!pool.clearance().clear_search(touch.standoff, *standoff, candidate.target)) return false;
   touch.transit.push_back(*standoff);
   touch.standoff = *standoff;
   touch.end = *end;

@@ -143,7 +143,8 @@ void Bodies::place(std::span<const double> q, std::vector<Segment>& axes) const 
     Segment& column = axes[first];
     const Vector3d up = column.b - column.a;
     const double keeps = list_[first].radius_m + kAboveFootM;
-    column.a += std::min(1.0, keeps / std::max(keeps, up.norm())) * up;
+    const double rise = std::abs(up.dot(chain.link[first].z));  // A2 is ahead of A1, too
+    column.a += keeps / std::max(keeps, rise) * up;
   }
   const Tool& tool = arm_.tool();
   const Vector3d &tip = chain.rigid_tip, &flange = chain.flange_origin;

@@ -66,8 +66,7 @@ std::optional<Candidate> try_touch(const Trying& with, const Spot& spot,
                                    const Eigen::Matrix3d& orientation, const JointVector& contact) {
   const auto& [arm, clearance, options, target, unit] = with;
   const auto pose_at = [&](double outside) {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = orientation;
+    Eigen::Isometry3d pose(orientation);
     pose.translation() = spot.from + (spot.radius_m + outside) * spot.normal;
     return pose;
   };
@@ -83,8 +82,7 @@ std::optional<Candidate> try_touch(const Trying& with, const Spot& spot,
   const double longer = (clear_m + behind_m) / (clear_m + within_m);
   for (std::size_t i = 0; i < contact.size(); ++i)
     if (std::abs((*end)[i] - (*away)[i]) > kLargestRad * longer) return std::nullopt;
-  if (!clearance.clear(*standoff, kTipMarginM) || !clearance.clear(*away, kTipMarginM))
-    return std::nullopt;
+  if (!clearance.clear(*standoff) || !clearance.clear(*away)) return std::nullopt;
   Candidate c;
   c.normal = spot.normal;
   c.contact = contact;
@@ -127,8 +125,8 @@ constexpr int kTriedAlone = 40;
 
 std::optional<Hit> first_collision(const Clearance& clearance, const Candidate& c) {
   for (const JointVector* q : {&c.standoff, &c.clear})
-    if (auto hit = clearance.hit(*q, kTipMarginM)) return hit;
-  return clearance.hit_search(c.clear, c.within, c.target, kTipMarginM);
+    if (auto hit = clearance.hit(*q)) return hit;
+  return clearance.hit_search(c.clear, c.within, c.target);
 }
 
 }  // namespace
@@ -156,6 +154,17 @@ const char* words(NotPlanned why) {
        {kHooked, "a wire is hooked to the tool by hand"},
        {kMeasures, "a tracker measures by itself"}}};
   return kTable[why];
+}
+
+std::vector<Touch> touches_of(const Cell& cell, const std::vector<Candidate>& candidates) {
+  std::vector<Touch> touches;
+  for (const Candidate& candidate : candidates) {
+    touches.emplace_back();
+    touches.back().joint_rad = candidate.contact;
+    touches.back().positioner_rad = candidate.positioner_rad;
+    touches.back().target = cell.targets[candidate.target].id;
+  }
+  return touches;
 }
 
 bool is_planned(const Target& target, Kinds kinds) {
@@ -205,8 +214,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
         const Eigen::Matrix3d flange =
             (tilt * roll).toRotationMatrix() *
             Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix();
-        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-        pose.linear() = flange * tool;
+        Eigen::Isometry3d pose(flange * tool);
         pose.translation() = spot.from + spot.radius_m * normal;
         // A random configuration, and another one if the first is not clear.
         std::vector<JointVector> ways = configurations.reach(
@@ -250,8 +258,7 @@ std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearan
       spot.normal = across * like.normal;
       if (!above_the_stand(spot.normal, up)) continue;
     }
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = turn_of(by_rad, random) * like.orientation;
+    Eigen::Isometry3d pose(turn_of(by_rad, random) * like.orientation);
     pose.translation() = spot.from + spot.radius_m * spot.normal;
     if ((pose.linear() * shaft).dot(-spot.normal) < cone) continue;
     const auto contact = inverse(arm, pose, moved_along(arm.robot(), like.contact, by_rad, random),
@@ -298,8 +305,8 @@ std::optional<Hindrance> hindrance(const Cell& cell, const ArmModel& arm,
 }
 
 bool clear_line(const Clearance& clearance, const Candidate& c) {
-  return clearance.clear_search(c.clear, c.within, c.target, kTipMarginM) &&
-         (c.within == c.end || clearance.clear_past(c.within, c.end, c.target, kTipMarginM));
+  return clearance.clear_search(c.clear, c.within, c.target) &&
+         (c.within == c.end || clearance.clear_past(c.within, c.end, c.target));
 }
 
 }  // namespace cellcal::calib

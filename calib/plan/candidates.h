@@ -24,6 +24,9 @@ struct Candidate {
   std::vector<JointVector> to_rest;    ///< clear path from the clear point back
 };
 
+/// One per candidate, in order.
+std::vector<Touch> touches_of(const Cell& cell, const std::vector<Candidate>& candidates);
+
 enum class Kinds { kSpheres, kSpheresAndPlanes };
 
 /// True if touches of the target can be planned: spheres, and planes with stated position and
@@ -58,10 +61,6 @@ std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearan
 /// Wrists with a larger range are kept within one turn, to spare the cables.
 inline constexpr double kWristRad = 3.0;
 inline std::size_t first_wrist_joint(const Robot& robot) { return robot.first_turning() + 3; }
-
-/// Clearance of the nominal tip from every surface in transits; 0.92 of it, 10 mm, within a move.
-/// Arms of twice the usual tolerances have been 9 mm off.
-inline constexpr double kTipMarginM = 0.011;
 
 // Explains why a sphere cannot be touched. Slow; used only if a plan is refused.
 

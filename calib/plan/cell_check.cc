@@ -40,6 +40,8 @@ constexpr double kSmallestUsualM = 0.030, kLargestUsualM = 0.150;
 constexpr double kFinestTouchM = 0.5e-6, kCoarsestTouchM = 2e-3;
 /// Relative tolerance within which a power of ten, or the two radii, explain a deviation.
 constexpr double kExplained = 0.05;
+/// Probability that the first search passes a sphere.
+constexpr double kMostPassed = 0.02;
 constexpr int kReachTried = 60;  // candidates tried; plans need far fewer
 
 double sigma_of(const Target& target) {
@@ -253,6 +255,19 @@ void check_reach(const Cell& cell, std::vector<CellFault>& faults) {
   }
 }
 
+/// A search towards the stated centre passes the sphere where the true one is farther aside than the radius of sphere
+/// and tip; of a centre known to sigma in each direction with the probability exp(-radius^2 / (2 sigma^2)).
+void check_centre_sigmas(const Cell& cell, std::vector<CellFault>& faults) {
+  for (const Target& target : cell.targets) {
+    if (target.kind != TargetKind::kSphere || !target.has_centre) continue;
+    if (target.diameter_m < kThinnestSphereM) continue;  // in metres
+    const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
+    const double most_m = radius / std::sqrt(-2.0 * std::log(kMostPassed));
+    if (target.centre_sigma_m > most_m)
+      faults.push_back({Kind::kRoughCentre, false, {target.id}, target.centre_sigma_m, most_m});
+  }
+}
+
 void check_certified(const Cell& cell, std::vector<CellFault>& faults) {
   for (const CertifiedLength& one : cell.lengths)
     if (one.sigma_m > kMostCertifiedSigmaM)
@@ -380,6 +395,7 @@ std::vector<CellFault> faults_of(const Cell& cell) {
     compare_lengths_with_each_other(cell, faults);
   }
   check_certified(cell, faults);
+  check_centre_sigmas(cell, faults);
   check_overlaps(cell, faults);
   check_containment(cell, faults);
   examine_load(cell, faults);
@@ -393,10 +409,11 @@ std::vector<CellFault> faults_of(const Cell& cell) {
   return faults;
 }
 
-std::vector<Phrase> refuse_faulty(const Cell& cell) {
+std::vector<Phrase> refuse_faulty(const Cell& cell, bool by_centres) {
   std::vector<Phrase> warnings;
   std::string refusal;
   for (const CellFault& fault : faults_of(cell)) {
+    if (fault.kind == Kind::kRoughCentre && !by_centres) continue;
     if (!fault.refused) {
       warnings.push_back(phrase(fault));
     } else {

@@ -3,8 +3,8 @@
 //
 // Checked: stated centres against certified lengths, and corrections that make them consistent (a decimal point, two
 // centres exchanged, one centre wrong, surfaces in place of centres); spheres inside each other, an obstacle or the
-// floor, or out of reach; metres instead of millimetres; a tool that the robot cannot carry, or that meets a sphere
-// before its tip does; an arm that intersects itself, the floor or an obstacle, with the sign, offset or tool
+// floor, or out of reach; spheres that searches may pass; metres instead of millimetres; a tool that the robot cannot
+// carry, or that meets a sphere before its tip does; an arm that intersects itself, the floor or an obstacle, with the sign, offset or tool
 // direction that explains it. Not detected: errors that only a touch reveals, such as a misplaced
 // table.
 
@@ -37,6 +37,7 @@ enum class CellFaultKind {
   kToolInMetres,        ///< a: from the flange
   kDiameterInMetres,    ///< a: stated; or in inches
   kUnusualDiameter,     ///< a: stated
+  kRoughCentre,         ///< the first search may pass the sphere. a: sigma stated, b: limit
   kMeshInMetres,        ///< of the first id's obstacle; the second is its file. a, b, c: extents
   kTouchSigma,          ///< a: stated. Implausibly small or large for touches
   kCertifiedSigma,      ///< of the length between two ids, or the diameter of one. a: stated
@@ -95,8 +96,9 @@ Phrase advice_phrase(const CellFault& fault);
 /// Finding and remedy.
 Phrase phrase(const CellFault& fault);
 
-/// Throws PlanError naming all refused faults; returns the others.
-std::vector<Phrase> refuse_faulty(const Cell& cell);
+/// Throws PlanError naming all refused faults; returns the others. `by_centres`: searches go to the stated centres,
+/// which must not be rough.
+std::vector<Phrase> refuse_faulty(const Cell& cell, bool by_centres = true);
 
 // Plausibility of the described arm and tool; cell_description.cc.
 

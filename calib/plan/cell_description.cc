@@ -49,7 +49,7 @@ std::optional<Hit> hit_at_rest(const Cell& cell) {
   const Cell bare = alone(cell);
   const ArmModel arm = planning_arm(bare);
   const Clearance clearance(bare, arm);
-  return clearance.hit(resting_posture(bare.robot, clearance), kTipMarginM);
+  return clearance.hit(resting_posture(bare.robot, clearance));
 }
 
 /// True if each target with a stated place can be touched, ignoring obstacles.

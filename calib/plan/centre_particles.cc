@@ -14,12 +14,8 @@ using Eigen::Vector3d;
 constexpr int kPlaces = 4000;
 constexpr double kUsualSigmaM = 0.010;
 constexpr double kCut = 3.0;  ///< sigmas
-/// Jitter of particles drawn more than once: less than the error of the arm.
-constexpr double kApartM = 0.3 * kArmSigmaM;
-/// A miss deeper inside the radius than this is impossible.
-constexpr double kCertainMissM = 2.0 * kArmSigmaM;
-/// Tolerance of the stated region: the nominal arm may see the sphere this far outside.
-constexpr double kRegionToleranceM = 3.0 * kArmSigmaM;
+/// Jitter of particles drawn more than once, relative to the error of the arm.
+constexpr double kApart = 0.3;
 
 }  // namespace
 
@@ -32,9 +28,13 @@ double CentreParticles::distance_m(const Vector3d& point, const Vector3d& from,
   return (point - from - share * line).norm();
 }
 
-CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned seed,
-                                 const Eigen::Isometry3d& frame, double off_m)
-    : radius_m_(radius_m), random_(seed), has_box_(!target.has_centre), box_axes_(frame.linear()) {
+CentreParticles::CentreParticles(const Target& target, double radius_m, double arm_sigma_m,
+                                 unsigned seed, const Eigen::Isometry3d& frame, double off_m)
+    : radius_m_(radius_m),
+      arm_sigma_m_(arm_sigma_m),
+      random_(seed),
+      has_box_(!target.has_centre),
+      box_axes_(frame.linear()) {
   places_.reserve(kPlaces);
   if (target.has_centre) {
     prior_mean_ = frame * target.centre_m;
@@ -50,7 +50,8 @@ CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned
   const Vector3d low = target.low_m.array() - off_m, high = target.high_m.array() + off_m;
   prior_mean_ = frame * ((low + high) / 2.0);
   half_box_m_ = (high - low) / 2.0;
-  prior_sigma_m_ = std::max(half_box_m_.norm(), kRegionToleranceM);  // also of a box without extent
+  prior_sigma_m_ =
+      std::max(half_box_m_.norm(), region_tolerance_m());  // also of a box without extent
   while (places_.size() < kPlaces) {
     Vector3d place;
     for (int k = 0; k < 3; ++k) place[k] = random_.uniform(low[k], high[k]);
@@ -61,12 +62,12 @@ CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned
 void CentreParticles::hit(const Vector3d& from, const Vector3d& tip) {
   // Places that would have been met before the last sigmas of the line.
   const double length = (tip - from).norm();
-  const double clear_m = std::max(0.0, length - kCertainMissM);
+  const double clear_m = std::max(0.0, length - certain_miss_m());
   const Vector3d last = length > 0.0 ? Vector3d(from + clear_m / length * (tip - from)) : from;
   std::vector<double> weight(places_.size());
   for (std::size_t k = 0; k < places_.size(); ++k) {
-    const double off = ((places_[k] - tip).norm() - radius_m_) / kArmSigmaM;
-    const bool earlier = distance_m(places_[k], from, last) < radius_m_ - kCertainMissM;
+    const double off = ((places_[k] - tip).norm() - radius_m_) / arm_sigma_m_;
+    const bool earlier = distance_m(places_[k], from, last) < radius_m_ - certain_miss_m();
     weight[k] = earlier ? 0.0 : std::exp(-0.5 * off * off);  // (70)
   }
   resample(weight);
@@ -77,24 +78,24 @@ void CentreParticles::miss(const Vector3d& from, const Vector3d& to) {
   std::erase_if(places_, [&](const Vector3d& place) {
     const double inside_m = radius_m_ - distance_m(place, from, to);
     if (inside_m <= 0.0) return false;
-    if (inside_m > kCertainMissM) return true;
-    return random_.uniform() >= normal_above(inside_m / kArmSigmaM);  // (70a)
+    if (inside_m > certain_miss_m()) return true;
+    return random_.uniform() >= normal_above(inside_m / arm_sigma_m_);  // (70a)
   });
   if (!places_.empty() && places_.size() < kPlaces / 2)
     resample(std::vector<double>(places_.size(), 1.0));
 }
 
 double CentreParticles::bound_m() const {
-  return has_box_ ? half_box_m_.norm() + std::sqrt(3.0) * kRegionToleranceM
-                  : kCut * prior_sigma_m_ + kRegionToleranceM;
+  return has_box_ ? half_box_m_.norm() + std::sqrt(3.0) * region_tolerance_m()
+                  : kCut * prior_sigma_m_ + region_tolerance_m();
 }
 
 bool CentreParticles::is_possible(const Vector3d& place) const {
   for (const auto& [from, to] : missed_)
-    if (distance_m(place, from, to) < radius_m_ - kCertainMissM) return false;
+    if (distance_m(place, from, to) < radius_m_ - certain_miss_m()) return false;
   const Vector3d off = box_axes_.transpose() * (place - prior_mean_);
-  if (has_box_) return ((off.cwiseAbs() - half_box_m_).array() <= kRegionToleranceM).all();
-  return off.norm() <= kCut * prior_sigma_m_ + kRegionToleranceM;
+  if (has_box_) return ((off.cwiseAbs() - half_box_m_).array() <= region_tolerance_m()).all();
+  return off.norm() <= kCut * prior_sigma_m_ + region_tolerance_m();
 }
 
 /// Systematic resampling by weight, with the initial number of particles.
@@ -111,7 +112,7 @@ void CentreParticles::resample(const std::vector<double>& weight) {
   for (std::size_t k = 0; k < weight.size(); ++k) {
     for (passed += weight[k]; at < passed && drawn.size() < kPlaces; at += sum / kPlaces) {
       Vector3d apart;
-      for (double& component : apart) component = kApartM * random_.normal();
+      for (double& component : apart) component = kApart * arm_sigma_m_ * random_.normal();
       // Repeated jitter must not move particles to impossible places.
       drawn.push_back(is_possible(places_[k] + apart) ? Vector3d(places_[k] + apart) : places_[k]);
     }

@@ -2,8 +2,8 @@
 // Particle filter for the centre of a sphere, from search lines of the tip.
 //
 // A search with contact places the centre at one radius from the tip, and excludes earlier contact;
-// a search without contact excludes centres within a radius of the line. The arm is nominal, with
-// an error of about kArmSigmaM, which limits the accuracy of all distances.
+// a search without contact excludes centres within a radius of the line. The arm is nominal, and its
+// error (arm_sigma_m) limits the accuracy of all distances.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -15,15 +15,12 @@
 
 namespace cellcal::calib {
 
-/// Error of the nominal tip relative to another nearby, in another posture.
-inline constexpr double kArmSigmaM = 0.002;
-
 class CentreParticles {
  public:
   /// Initialised from the target's stated centre (1 sigma as stated, default 10 mm; truncated at
   /// three sigma), or uniformly in its box; wider by `off_m`, 3 sigma. `radius_m`: sum of sphere and tip.
   /// `frame`: that of the target's place, in the base frame.
-  CentreParticles(const Target& target, double radius_m, unsigned seed,
+  CentreParticles(const Target& target, double radius_m, double arm_sigma_m, unsigned seed,
                   const Eigen::Isometry3d& frame = Eigen::Isometry3d::Identity(),
                   double off_m = 0.0);
 
@@ -48,13 +45,19 @@ class CentreParticles {
   /// Distance of the farthest centre possible under any lines.
   double bound_m() const;
   double prior_sigma_m() const { return prior_sigma_m_; }
+  double arm_sigma_m() const { return arm_sigma_m_; }
 
  private:
   void resample(const std::vector<double>& weight);
   /// True if inside the stated region and not excluded by a line.
   bool is_possible(const Eigen::Vector3d& place) const;
 
-  double radius_m_;
+  /// A miss deeper inside the radius than this is impossible.
+  double certain_miss_m() const { return 2.0 * arm_sigma_m_; }
+  /// Tolerance of the stated region: the nominal arm may see the sphere this far outside.
+  double region_tolerance_m() const { return 3.0 * arm_sigma_m_; }
+
+  double radius_m_, arm_sigma_m_;
   Random random_;
   Eigen::Vector3d prior_mean_ = Eigen::Vector3d::Zero();
   double prior_sigma_m_ = 0.0;

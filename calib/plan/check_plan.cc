@@ -161,7 +161,7 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
   const Predictor predictor(calibration);
   Pool& pool = *still->pool;
   const JointVector start = from.empty() ? pool.middle() : from;
-  if (const auto what = pool.clearance().hit(start, kTipMarginM))
+  if (const auto what = pool.clearance().hit(start))
     throw PlanError(
         PlanError::Kind::kArmStands,
         fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
@@ -205,17 +205,6 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
   }
 }
 
-std::vector<Touch> touches_of(const Calibration& c, const std::vector<Candidate>& candidates) {
-  std::vector<Touch> touches;
-  for (const Candidate& candidate : candidates) {
-    touches.emplace_back();
-    touches.back().joint_rad = candidate.contact;
-    touches.back().positioner_rad = candidate.positioner_rad;
-    touches.back().target = c.cell.targets[candidate.target].id;
-  }
-  return touches;
-}
-
 // Choice of a check's touches: minimises the uncertainty of a shift of the tool, both with everything
 // else unchanged and with small changes of everything else.
 
@@ -234,7 +223,7 @@ class CheckDesign {
   CheckDesign(const Calibration& calibration, const std::vector<Candidate>& candidates,
               const std::vector<std::string>& joints)
       : prior_(joints.empty() ? kToolM : kZeroRad) {
-    const Foresight foresight = foresee(calibration, touches_of(calibration, candidates));
+    const Foresight foresight = foresee(calibration, touches_of(calibration.cell, candidates));
     alone_ = foresight.covariance_m2();
     beside_ = foresight.passing_m2;  // as in checks after earlier ones
     for (const PossibleChange& change : possible_changes(calibration, foresight.contacts)) {
@@ -280,44 +269,34 @@ class CheckDesign {
   Eigen::MatrixXd alone_, beside_, wanted_;
 };
 
-class Picker {
- public:
-  /// `every_target`: touches each target at least once.
-  Picker(const std::vector<Candidate>& candidates, const CheckDesign& design,
-         const Possible& possible, bool every_target)
-      : candidates_(candidates),
-        design_(design),
-        possible_(possible),
-        every_target_(every_target) {}
+struct Picker {
+  const std::vector<Candidate>& candidates;
+  const CheckDesign& design;
+  const Possible& possible;
+  bool every_target;  ///< touches each at least once
 
   /// The feasible candidate that, with the others, leaves the smallest uncertainty; of a target without touches
   /// among them, if there is one.
   std::optional<std::size_t> best_alternative(const std::vector<std::size_t>& others) const {
     std::set<std::size_t> touched, all;
-    for (const Candidate& one : candidates_) all.insert(one.target);
-    for (const std::size_t c : others) touched.insert(candidates_[c].target);
+    for (const Candidate& one : candidates) all.insert(one.target);
+    for (const std::size_t c : others) touched.insert(candidates[c].target);
     std::vector<std::pair<double, std::size_t>> by_unknown;
     std::vector<std::size_t> set = others;
     set.push_back(0);
-    for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
       poll_cancelled();
       if (std::ranges::find(others, c) != others.end()) continue;
-      if (every_target_ && touched.size() < all.size() && touched.contains(candidates_[c].target))
+      if (every_target && touched.size() < all.size() && touched.contains(candidates[c].target))
         continue;
       set.back() = c;
-      by_unknown.emplace_back(design_.unknown(set), c);
+      by_unknown.emplace_back(design.unknown(set), c);
     }
     std::ranges::sort(by_unknown);
     for (const auto& [unknown, c] : by_unknown)
-      if (possible_(c)) return c;
+      if (possible(c)) return c;
     return std::nullopt;
   }
-
- private:
-  const std::vector<Candidate>& candidates_;
-  const CheckDesign& design_;
-  const Possible& possible_;
-  bool every_target_;
 };
 
 /// One after the other, then exchanged.
@@ -345,11 +324,10 @@ std::vector<std::size_t> choose_check(const Calibration& calibration,
                                       const std::vector<Candidate>& candidates, int count,
                                       const Possible& possible) {
   const CheckDesign design(calibration, candidates, joints);
-  return pick(Picker(candidates, design, possible, joints.empty()), count);
+  return pick({candidates, design, possible, joints.empty()}, count);
 }
 
 constexpr int kUpdatePoses = 60;
-constexpr unsigned kCheckSeed = 20240924;
 
 Eigen::Index place_of(const Calibration& c, const ParameterKey& key) {
   const auto found = std::ranges::find(c.parameters, key, &ParameterResult::key);
@@ -361,9 +339,9 @@ Eigen::Index place_of(const Calibration& c, const ParameterKey& key) {
 Eigen::MatrixXd wanted(const Calibration& c) {
   const ArmModel arm(at_level(c.cell, c.level));
   const Eigen::VectorXd x = arm_values(arm, c);
-  const Eigen::MatrixXd moves = aligned_moves(arm, workspace_poses(arm, kUpdatePoses, kCheckSeed),
-                                              x.data(), Eigen::VectorXd::Ones(arm.size())) /
-                                std::sqrt(static_cast<double>(kUpdatePoses));
+  const Eigen::MatrixXd moves =
+      aligned_moves(arm, workspace_poses(arm, kUpdatePoses, kRegionSeed), x.data()) /
+      std::sqrt(static_cast<double>(kUpdatePoses));
   const Eigen::MatrixXd carried = carried_moves(c, stated_on_positioner(c, kUpdatePoses)) /
                                   std::sqrt(static_cast<double>(kUpdatePoses));
   const auto spheres = static_cast<Eigen::Index>(c.targets.size());
@@ -406,7 +384,7 @@ Eigen::MatrixXd across_m(const Calibration& c, const std::vector<Touch>& touches
 std::vector<std::size_t> choose_update(const Calibration& posterior,
                                        const std::vector<Candidate>& candidates, int count,
                                        const Possible& possible) {
-  const std::vector<Touch> touches = touches_of(posterior, candidates);
+  const std::vector<Touch> touches = touches_of(posterior.cell, candidates);
   Eigen::MatrixXd foreseen = foresee(posterior, touches).covariance_m2();
   Eigen::MatrixXd cross_covariance = wanted(posterior) * across_m(posterior, touches);
   std::vector<std::size_t> picked;

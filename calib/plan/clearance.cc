@@ -38,7 +38,6 @@ constexpr unsigned kSeed = 1;
 constexpr double kFar = std::numeric_limits<double>::max();
 
 struct Mode {
-  double tip_margin_m = 0.0;
   int touched = -1;   ///< target that a search may touch
   bool past = false;  ///< contact with it: it is ignored
 };
@@ -109,7 +108,7 @@ struct Clearance::Impl {
   std::optional<double> margin_m(const Body& body, std::size_t thing, const Mode& mode,
                                  const std::vector<double>& off_m) const {
     if (mode.touched < 0 || things.target(thing) != mode.touched) {
-      const double usual_m = body.is_tip ? mode.tip_margin_m : kBodyMarginM;
+      const double usual_m = body.is_tip ? kTipMarginM : kBodyMarginM;
       return off_m.empty() ? usual_m : std::hypot(usual_m, off_m[thing]);  // (64a), (64b)
     }
     if (body.is_tip || mode.past) return std::nullopt;
@@ -430,7 +429,7 @@ struct Clearance::Impl {
   void set_margins_m(const Mode& mode, std::vector<double>& result) const {
     result.clear();
     for (const Body& body : bodies.list())
-      result.push_back(body.is_tip ? mode.tip_margin_m
+      result.push_back(body.is_tip ? kTipMarginM
                                    : (mode.touched >= 0 ? kSearchMarginM : kBodyMarginM));
     result.resize(result.size() + pairs.size(), kBodyMarginM);
   }
@@ -480,50 +479,45 @@ Clearance::Clearance(Hidden<Impl> impl) : impl_(std::move(impl)) {}
 Clearance::Clearance(const Cell& cell, const ArmModel& arm) : impl_(make_hidden<Impl>(cell, arm)) {}
 Clearance Clearance::blind() { return Clearance(Hidden<Impl>(nullptr, nullptr)); }
 
-bool Clearance::clear(const JointVector& q, double tip_margin_m) const {
+bool Clearance::clear(const JointVector& q) const {
   thread_local Impl::Around around;
-  return impl_ == nullptr ||
-         (impl_->posture_is_clear(q, {tip_margin_m, -1}, around) && impl_->passes(q, q));
+  return impl_ == nullptr || (impl_->posture_is_clear(q, {}, around) && impl_->passes(q, q));
 }
 
-bool Clearance::clear(const JointVector& from, const JointVector& to, double tip_margin_m) const {
-  return impl_ == nullptr || impl_->is_clear(from, to, {tip_margin_m, -1});
+bool Clearance::clear(const JointVector& from, const JointVector& to) const {
+  return impl_ == nullptr || impl_->is_clear(from, to, {});
 }
 
-bool Clearance::clear_search(const JointVector& from, const JointVector& to, std::size_t target,
-                             double tip_margin_m) const {
-  return impl_ == nullptr || impl_->is_clear(from, to, {tip_margin_m, static_cast<int>(target)});
+bool Clearance::clear_search(const JointVector& from, const JointVector& to,
+                             std::size_t target) const {
+  return impl_ == nullptr || impl_->is_clear(from, to, {static_cast<int>(target)});
 }
 
-bool Clearance::clear_past(const JointVector& from, const JointVector& to, std::size_t target,
-                           double tip_margin_m) const {
-  return impl_ == nullptr ||
-         impl_->is_clear(from, to, {tip_margin_m, static_cast<int>(target), true});
+bool Clearance::clear_past(const JointVector& from, const JointVector& to,
+                           std::size_t target) const {
+  return impl_ == nullptr || impl_->is_clear(from, to, {static_cast<int>(target), true});
 }
 
-Corner Clearance::corner(const JointVector& from, const JointVector& at, const JointVector& to,
-                         double tip_margin_m) const {
+Corner Clearance::corner(const JointVector& from, const JointVector& at,
+                         const JointVector& to) const {
   if (impl_ == nullptr) return {kMostCornerShare, kMostCornerShare};
-  return impl_->corner(from, at, to, {tip_margin_m, -1});
+  return impl_->corner(from, at, to, {});
 }
 
-std::optional<Hit> Clearance::hit(const JointVector& q, double tip_margin_m) const {
+std::optional<Hit> Clearance::hit(const JointVector& q) const {
   if (impl_ == nullptr) return std::nullopt;
-  if (const Encounter worst = impl_->worst_of(q, {tip_margin_m, -1}); worst.slack_m < kFar)
-    return impl_->of(worst);
+  if (const Encounter worst = impl_->worst_of(q, {}); worst.slack_m < kFar) return impl_->of(worst);
   if (!impl_->passes(q, q)) return Hit{Hit::Kind::kImpassable};
   return std::nullopt;
 }
 
-std::optional<Hit> Clearance::hit(const JointVector& from, const JointVector& to,
-                                  double tip_margin_m) const {
-  return impl_ == nullptr ? std::nullopt : impl_->hit(from, to, {tip_margin_m, -1});
+std::optional<Hit> Clearance::hit(const JointVector& from, const JointVector& to) const {
+  return impl_ == nullptr ? std::nullopt : impl_->hit(from, to, {});
 }
 
 std::optional<Hit> Clearance::hit_search(const JointVector& from, const JointVector& to,
-                                         std::size_t target, double tip_margin_m) const {
-  return impl_ == nullptr ? std::nullopt
-                          : impl_->hit(from, to, {tip_margin_m, static_cast<int>(target)});
+                                         std::size_t target) const {
+  return impl_ == nullptr ? std::nullopt : impl_->hit(from, to, {static_cast<int>(target)});
 }
 
 std::string words(const Hit& hit) {

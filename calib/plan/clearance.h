@@ -3,8 +3,8 @@
 // on the nominal geometry (bodies.h). Not covered: cables, and objects missing from the cell file. Without a stated
 // floor, the axis of the hand stays above the lowest target less 0.1 m.
 //
-// Margins. For the tip (slim end and ball) as given by the caller; 20 mm for everything else: an uncalibrated arm is
-// off by up to 10 mm. Self-collision is checked between links that are not neighbours. Two bodies closer than their
+// Margins. 11 mm for the tip (slim end and ball), 20 mm for everything else: an uncalibrated arm is off by up to
+// 10 mm. Self-collision is checked between links that are not neighbours. Two bodies closer than their
 // margin in more than half of all postures inside the limits are neighbours: their capsules overlap by construction.
 // A tool among them comes no more than 20 mm nearer to the link than its place next to the wrist does.
 //
@@ -60,7 +60,10 @@ std::string words_or(const std::optional<Hit>& hit, const char* otherwise);
 // its sides are. At each way-point the largest clear triangle is sought, between it and points on both
 // legs.
 
-/// Margin of everything except the tip.
+/// Clearance of the nominal tip from every surface in transits; 0.92 of it, 10 mm, within a move.
+/// Arms of twice the usual tolerances have been 9 mm off.
+inline constexpr double kTipMarginM = 0.011;
+/// Margin of everything else.
 inline constexpr double kBodyMarginM = 0.02;
 /// Share of every margin kept within a move.
 inline constexpr double kMarginKept = 0.92;
@@ -73,29 +76,25 @@ class Clearance {
   /// Everything is clear; used to determine what is reachable without obstacles.
   static Clearance blind();
 
-  /// `tip_margin_m`: required distance of the tip from every surface.
-  bool clear(const JointVector& q, double tip_margin_m) const;
-  bool clear(const JointVector& from, const JointVector& to, double tip_margin_m) const;
+  bool clear(const JointVector& q) const;
+  bool clear(const JointVector& from, const JointVector& to) const;
   /// The search for target `target` (index into the cell): the tip may touch it and its stand, with
   /// the reduced tool margin of a touch.
-  bool clear_search(const JointVector& from, const JointVector& to, std::size_t target,
-                    double tip_margin_m) const;
+  bool clear_search(const JointVector& from, const JointVector& to, std::size_t target) const;
 
   /// The end of a search that the tip reaches only with the target as much farther off: the target is ignored.
-  bool clear_past(const JointVector& from, const JointVector& to, std::size_t target,
-                  double tip_margin_m) const;
+  bool clear_past(const JointVector& from, const JointVector& to, std::size_t target) const;
 
   /// Corner at a way-point between two clear moves. Empty if the cell restricts moves, since the
   /// restriction applies to straight ones.
-  Corner corner(const JointVector& from, const JointVector& at, const JointVector& to,
-                double tip_margin_m) const;
+  Corner corner(const JointVector& from, const JointVector& at, const JointVector& to) const;
 
   /// The worst hit; for a move that at the first posture found to hit. Empty if the posture or move
   /// is clear.
-  std::optional<Hit> hit(const JointVector& q, double tip_margin_m) const;
-  std::optional<Hit> hit(const JointVector& from, const JointVector& to, double tip_margin_m) const;
-  std::optional<Hit> hit_search(const JointVector& from, const JointVector& to, std::size_t target,
-                                double tip_margin_m) const;
+  std::optional<Hit> hit(const JointVector& q) const;
+  std::optional<Hit> hit(const JointVector& from, const JointVector& to) const;
+  std::optional<Hit> hit_search(const JointVector& from, const JointVector& to,
+                                std::size_t target) const;
 
  private:
   struct Impl;

@@ -53,12 +53,7 @@ Eigen::MatrixXd moves(const ArmModel& arm, const std::vector<JointVector>& poses
                       const Eigen::VectorXd& scale, const AccuracyRegion& region) {
   if (region.kind != AccuracyRegion::Kind::kTool) return aligned_moves(arm, poses, nullptr, scale);
   // Tip relative to the flange: independent of the base.
-  Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm.size());
-  Eigen::Matrix3Xd jacobian(3, arm.size());
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    arm.position(arm.prepare(poses[k]), nullptr, jacobian);
-    result.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = jacobian * scale.asDiagonal();
-  }
+  Eigen::MatrixXd result = tip_moves(arm, poses, nullptr, scale).moves_m;
   for (int i = 0; i < arm.size(); ++i)
     if (const int joint = arm.parameters()[static_cast<std::size_t>(i)].joint;
         joint >= 0 && joint + 1 < arm.joint_count())
@@ -82,19 +77,11 @@ std::vector<JointVector> postures(const Problem& problem, const std::vector<Cand
 /// The candidates' touches, and the targets' places.
 struct Contacts {
   std::vector<Touch> touches;
-  std::vector<TargetPlace> places;
+  std::vector<TargetPlace> places = {};
 };
 
 Contacts contacts_of(const Cell& cell, const std::vector<Candidate>& candidates) {
-  Contacts contacts;
-  for (const Candidate& c : candidates) {
-    const Target& target = cell.targets[c.target];
-    Touch touch;
-    touch.joint_rad = c.contact;
-    touch.positioner_rad = c.positioner_rad;
-    touch.target = target.id;
-    contacts.touches.push_back(std::move(touch));
-  }
+  Contacts contacts{touches_of(cell, candidates)};
   for (const Target& target : cell.targets) {
     contacts.places.emplace_back(target.centre_m);
     if (target.kind != TargetKind::kPlane) continue;
@@ -115,31 +102,18 @@ Eigen::MatrixXd moves_on_table(const Cell& cell, const ArmModel& arm,
   const std::size_t count = std::min<std::size_t>(carried.size(), kPoses);
   constexpr std::size_t kEnough = 3;  // fix a rigid body
   if (count < kEnough) return Eigen::MatrixXd(0, 0);
-  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, arm.size())};
-  Eigen::Matrix3Xd jacobian(3, arm.size());
-  for (std::size_t k = 0; k < count; ++k) {
+  const auto pose = [&](std::size_t k) {
     const Candidate& c = *carried[k * carried.size() / count];
     const std::span<const double> angles(c.positioner_rad);
     const auto carriers = static_cast<std::size_t>(cell.targets[c.target].carried_by);
-    const auto column = static_cast<Eigen::Index>(k);
-    at.tips_m.col(column) = arm.position(
-        arm.prepare(c.contact, 0, nullptr, angles.first(carriers), angles.subspan(carriers)),
-        nullptr, jacobian);
-    at.moves_m.middleRows<3>(3 * column) = jacobian * scale.asDiagonal();
-  }
-  return aligned(at);
+    return arm.prepare(c.contact, 0, nullptr, angles.first(carriers), angles.subspan(carriers));
+  };
+  return aligned(tip_moves(arm, count, pose, nullptr, scale));
 }
 
 Linearisation linearised(const Problem& problem) {
   return linearise(problem, Eigen::VectorXd::Zero(problem.size()),
                    std::vector<bool>(problem.touches().size(), true));
-}
-
-Eigen::VectorXd scale_of(const Problem& problem) {
-  Eigen::VectorXd scale(problem.arm_size());
-  for (int i = 0; i < problem.arm_size(); ++i)
-    scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
-  return scale;
 }
 
 /// Adds the stated functions of the joints' angles, as waves of kFunctionOrders.
@@ -172,7 +146,7 @@ void add_functions(const Robot& stated, Cell cell, const Contacts& contacts,
     if (other >= before) other += count;
   covariance(others, others) = design.covariance_u;
   Eigen::MatrixXd all(design.moves_m.rows(), before + count);
-  all << design.moves_m, moves(arm, design.postures, scale_of(problem), region)(Eigen::all, waves);
+  all << design.moves_m, moves(arm, design.postures, problem.scales(), region)(Eigen::all, waves);
   for (std::size_t k = 0; k < waves.size(); ++k)
     design.keys.insert(design.keys.begin() + before + static_cast<Eigen::Index>(k),
                        arm.parameters()[static_cast<std::size_t>(waves[k])]);
@@ -320,7 +294,7 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
   information += lengths.transpose() * lengths;
   design.rows = rows.jacobian.topRows(rows.length_row);
   design.covariance_u = Cholesky(information).inverse();
-  design.scale = scale_of(problem);
+  design.scale = problem.scales().head(problem.arm_size());
   design.ripple_rad = region.kind == AccuracyRegion::Kind::kTool ? 0.0 : kTypicalRippleRad;
   design.postures = postures(problem, candidates, region);
   design.moves_m = moves(*design.arm, design.postures, design.scale, region);

@@ -26,6 +26,8 @@ bool must_find(const Cell& cell) {
   });
 }
 
+double found_sigma_m(double arm_sigma_m) { return 1.25 * arm_sigma_m; }
+
 namespace {
 
 using Eigen::Vector3d;
@@ -85,6 +87,7 @@ struct Finder::Impl {
   PlanOptions options;
   ArmModel arm;
   TrackOff unit;
+  double arm_sigma_m;
   std::vector<Sought> sought;
   std::optional<PlannedTouch> planned;
   JointVector planned_from;       ///< a different start needs a different path
@@ -98,7 +101,8 @@ struct Finder::Impl {
         cell(at_setting(stated, positioner_rad)),
         options(how),
         arm(planning_arm(cell)),
-        unit(cell.robot) {
+        unit(cell.robot),
+        arm_sigma_m(calib::arm_sigma_m(cell)) {
     for (std::size_t t = 0; t < cell.targets.size(); ++t) {
       const Target& target = cell.targets[t];
       if (target.kind != TargetKind::kSphere || (target.has_centre && !all)) continue;
@@ -110,9 +114,9 @@ struct Finder::Impl {
                         target.id));
       const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
       const Eigen::Isometry3d carrier = carried_at(stated.robot, carriers(t, positioner_rad));
-      sought.push_back(
-          {t, radius, carrier,
-           CentreParticles(stated.targets[t], radius, options.seed, carrier, target.off_m)});
+      sought.push_back({t, radius, carrier,
+                        CentreParticles(stated.targets[t], radius, arm_sigma_m, options.seed,
+                                        carrier, target.off_m)});
     }
     for (const Touch& touch : made)
       if (Sought* one = find(touch.target)) take(*one, std::nullopt, touch);
@@ -224,7 +228,7 @@ struct Finder::Impl {
     Robot robot = arm.robot();
     Joint& track = robot.joints[0];
     const TrackOff::Place place = unit.place(one.particles.mean());
-    const double most_m = std::hypot(unit.off_m(place, place.opposite_m), 3.0 * kArmSigmaM);
+    const double most_m = std::hypot(unit.off_m(place, place.opposite_m), 3.0 * arm_sigma_m);
     double half_m = track.max_rad - track.min_rad;
     while (unit.off_m(place, place.opposite_m + half_m) > most_m) half_m *= kNearer;
     track.min_rad = std::max(track.min_rad, place.opposite_m - half_m);
@@ -270,7 +274,7 @@ struct Finder::Impl {
         if (line.depth.share < least) continue;
         line.share = line.depth.share;
         if (!one.tips.empty())
-          line.gain = expected_reduction_m2(line.depth, some, kArmSigmaM) / line.share;
+          line.gain = expected_reduction_m2(line.depth, some, arm_sigma_m) / line.share;
         line.depth.met_m.clear();
         line.aim = aim;
         c.target = one.target;
@@ -320,8 +324,8 @@ struct Finder::Impl {
     if (!led) return false;
     if (ends.end_m > line.depth.end_m)
       line.share = std::min(line.share, met_share(one, led->from, led->to));
-    if (!clearance.clear(led->standoff, kTipMarginM) || !clearance.clear(led->clear, kTipMarginM) ||
-        !others.clear(led->clear, led->end, kTipMarginM))
+    if (!clearance.clear(led->standoff) || !clearance.clear(led->clear) ||
+        !others.clear(led->clear, led->end))
       return false;
     c.standoff = led->standoff;
     c.end = led->end;
@@ -367,8 +371,8 @@ struct Finder::Impl {
         Eigen::Isometry3d pose = here;
         pose.translation() = tip + further * direction;
         auto q = inverse(arm, pose, from, options.limit_margin_rad);
-        if (q && leader.bow_m(from, *q).norm() <= kMostBowM && clearance.clear(*q, kTipMarginM) &&
-            others.clear(from, *q, kTipMarginM))
+        if (q && leader.bow_m(from, *q).norm() <= kMostBowM && clearance.clear(*q) &&
+            others.clear(from, *q))
           return q;
       }
     return std::nullopt;
@@ -406,7 +410,7 @@ struct Finder::Impl {
         one.tips.empty()
             ? "Check where the cell file says it is (centre_mm and centre_sigma_mm, or "
               "search_low_mm and search_high_mm) and its diameter"
-            : "Check its diameter_mm, the tool's xyz_mm, and that nothing else is there";
+            : advice_after_touches(arm_sigma_m);
     if (one.particles.empty())
       throw not_found(one.tips.empty() ? "it is in none of the places searched"
                                        : "no sphere of its diameter agrees with what was met",
@@ -419,7 +423,7 @@ struct Finder::Impl {
     Router router(around, arm, clearance, resting, options.limit_margin_rad);
     JointVector at = from;
     std::vector<JointVector> out;
-    if (!clearance.clear(from, kTipMarginM)) {
+    if (!clearance.clear(from)) {
       const auto outside = way_out(one, from, clearance, others);
       if (!outside)
         throw PlanError(PlanError::Kind::kArmStands, id,
@@ -512,13 +516,13 @@ bool Finder::leads_out(const JointVector& from) const {
   if (one == nullptr) return false;
   const Cell around = impl_->swollen(std::nullopt), rest = impl_->swollen(one->target);
   const Clearance clearance(around, impl_->arm), others(rest, impl_->arm);
-  if (clearance.clear(from, kTipMarginM)) return false;  // in contact with another object
+  if (clearance.clear(from)) return false;  // in contact with another object
   return impl_->way_out(*one, from, clearance, others).has_value();
 }
 
 bool Finder::is_clear_at(const JointVector& at) const {
   const Cell around = impl_->swollen(std::nullopt);
-  return Clearance(around, impl_->arm).clear(at, kTipMarginM);
+  return Clearance(around, impl_->arm).clear(at);
 }
 
 bool Finder::is_clear_except_sought(const JointVector& from,
@@ -529,7 +533,7 @@ bool Finder::is_clear_except_sought(const JointVector& from,
   const Clearance clearance(others, impl_->arm);
   const JointVector* last = &from;
   for (const JointVector& next : way) {
-    if (!clearance.clear(*last, next, kTipMarginM)) return false;
+    if (!clearance.clear(*last, next)) return false;
     last = &next;
   }
   return true;

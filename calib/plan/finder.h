@@ -12,8 +12,8 @@
 // stays near the place that is opposite to the sphere (Finder::Impl::near_it).
 //
 // Found: at least six touches (the estimate starts with five of each sphere), the centre within
-// kFoundSigmaM (1 sigma, any direction) for a nominal arm with an error of kArmSigmaM, and no touch
-// off the fitted sphere by more than kOffM.
+// found_sigma_m (1 sigma, any direction) for a nominal arm with its error (arm_sigma_m), and no touch
+// off the fitted sphere by more than kOffSigmas of that.
 
 #include <optional>
 #include <string>
@@ -26,7 +26,8 @@
 
 namespace cellcal::calib {
 
-inline constexpr double kFoundSigmaM = 0.0025;
+/// Of a found centre, 1 sigma: 2.5 mm, in proportion to the error of a large arm.
+double found_sigma_m(double arm_sigma_m);
 
 /// True if a sphere's place is not known.
 bool must_find(const Cell& cell);

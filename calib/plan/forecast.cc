@@ -76,25 +76,18 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
     places[block.target] = known.place(block);
     centres.push_back(cell.targets[block.target].centre_m);
   }
-  std::vector<Touch> rows;  // one per candidate
+  std::vector<Touch> rows = touches_of(cell, pool.candidates());
   std::vector<JointVector> contacts;
-  for (const Candidate& candidate : pool.candidates()) {
-    contacts.push_back(candidate.contact);
-    Touch touch;
-    touch.joint_rad = candidate.contact;
-    touch.target = cell.targets[candidate.target].id;
+  for (Touch& touch : rows) {
+    contacts.push_back(touch.joint_rad);
     touch.speed_m_s = estimate.search_speed_m_s();
-    rows.push_back(std::move(touch));
   }
   const Problem seen(known.cell(), arm, rows, places, estimate.levels().ripple_rad);
   const Linearisation linear = linearise(seen, estimate.u(), std::vector<bool>(rows.size(), true));
   const Eigen::VectorXd x = estimate.x_si();
-  Eigen::VectorXd scale(arm.size());
-  for (int i = 0; i < arm.size(); ++i)
-    scale[i] = known.unknowns()[static_cast<std::size_t>(i)].scale;
   auto postures = accuracy_region_postures(options.region, arm, contacts, centres,
                                            options.limit_margin_rad, kPostures);
-  Eigen::MatrixXd moves = aligned_moves(arm, postures, x.data(), scale);
+  Eigen::MatrixXd moves = aligned_moves(arm, postures, x.data(), known.scales());
   const Eigen::Index n = arm.size();
   const double mean_m =
       predicted_mean_error_m(moves, estimate.covariance_u().topLeftCorner(n, n),

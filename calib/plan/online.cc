@@ -17,6 +17,7 @@
 #include "calib/model/units.h"
 #include "calib/plan/aim.h"
 #include "calib/plan/choose.h"
+#include "calib/plan/duration.h"
 #include "calib/plan/forecast.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/route.h"
@@ -75,8 +76,6 @@ struct Online::Impl {
   Cell cell;
   PlanOptions options;
   Goal goal;
-  JointVector start;
-  Pace pace;
   Pool pool;
   std::size_t spread;               ///< initial candidates, distributed over the targets
   std::vector<bool> gone;           ///< per candidate: touched, failed, or unreachable
@@ -100,21 +99,15 @@ struct Online::Impl {
   Progress progress;
   std::vector<std::pair<int, double>> bounds;  ///< u95 [m] after so many touches
 
-  Impl(const Cell& stated, const PlanOptions& how, const Goal& wanted, JointVector from,
-       const Pace& at, const std::vector<Touch>& made)
+  Impl(const Cell& stated, const PlanOptions& how, const Goal& wanted,
+       const std::vector<Touch>& made)
       : cell(stated),
         options(with_tolerances(how, stated)),
         goal(wanted),
-        start(std::move(from)),
-        pace(at),
         pool(cell, options, kCandidatesPerTarget, kKinds),
         spread(pool.candidates().size()),
         gone(spread, false),
         random(options.seed + 1) {
-    if (start.empty()) start = pool.middle();
-    if (const auto what = pool.clearance().hit(start, kTipMarginM))
-      throw PlanError(PlanError::Kind::kArmStands, "the arm is too close to something to start: " +
-                                                       words(*what) + ". Jog it free");
     progress.touches_left = goal.most_touches;
     progress.checks_left = options.check_touches;
     for (const Touch& touch : made) {
@@ -170,7 +163,7 @@ struct Online::Impl {
     std::map<std::size_t, int> of_target;
     for (const std::size_t c : choice.picked)
       (++of_target[pool.candidates()[c].target] <= kFirstTouches ? seeds : agenda).push_back(c);
-    seeds = in_short_order(seeds, start, {}, kMostOrders);
+    seeds = in_short_order(seeds, pool.middle(), {}, kMostOrders);
     if (!seeds.empty()) {
       const std::size_t behind = seeds.back();
       agenda = in_short_order(agenda, pool.candidates()[behind].clear, behind, kOrdersBehind);
@@ -373,7 +366,7 @@ struct Online::Impl {
   std::optional<std::size_t> pick_check(const JointVector& from) {
     if (checks.empty()) return std::nullopt;
     const auto to = [&](std::size_t c) {
-      return move_s(cell.robot, from, pool.candidates()[c].standoff, pace);
+      return move_s(cell.robot, from, pool.candidates()[c].standoff, {});
     };
     const auto nearest = std::min_element(
         checks.begin(), checks.end(), [&](std::size_t a, std::size_t b) { return to(a) < to(b); });
@@ -463,7 +456,7 @@ struct Online::Impl {
           PlanError::Kind::kArmStands,
           fmt::format("no clear way from the arm's position: on the way to its resting posture {}. "
                       "Jog it free",
-                      words_or(pool.clearance().hit(from, pool.middle(), kTipMarginM),
+                      words_or(pool.clearance().hit(from, pool.middle()),
                                "it would hit its surroundings")));
     touch.transit = std::move(*way);
     if (estimate) {
@@ -477,12 +470,12 @@ struct Online::Impl {
 };
 
 Online::Online(const Cell& cell, const PlanOptions& options, const Goal& goal,
-               const JointVector& start, const Pace& pace, const std::vector<Touch>& made)
-    : impl_(make_hidden<Impl>(cell, options, goal, start, pace, made)) {}
+               const std::vector<Touch>& made)
+    : impl_(make_hidden<Impl>(cell, options, goal, made)) {}
 
 std::optional<PlannedTouch> Online::next(const JointVector& where) {
   Impl& me = *impl_;
-  const JointVector& from = where.empty() ? me.start : where;
+  const JointVector& from = where.empty() ? me.pool.middle() : where;
   if (me.planned && me.planned_from == from) return me.planned;
   while (!me.progress.done) {
     const bool fitted = me.progress.fitted;
@@ -525,7 +518,7 @@ std::vector<JointVector> Online::way_home(const JointVector& from) const {
   if (!me.last) return {};
   const Candidate& leaving = me.pool.candidates()[*me.last];
   if (!is_at(leaving.clear, from)) return {};
-  return me.pool.router().away(leaving, me.start).value_or(std::vector<JointVector>{});
+  return me.pool.router().away(leaving, me.pool.middle()).value_or(std::vector<JointVector>{});
 }
 
 const Progress& Online::progress() const { return impl_->progress; }

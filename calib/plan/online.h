@@ -13,7 +13,6 @@
 
 #include "calib/model/hidden.h"
 #include "calib/model/touch.h"
-#include "calib/plan/duration.h"
 #include "calib/plan/plan.h"
 
 namespace cellcal::calib {
@@ -63,23 +62,23 @@ std::string why_ended(const Progress& progress, const Goal& goal);
 
 class Online {
  public:
-  /// `start`: current position and destination of way_home(); empty: the resting posture. `made`:
-  /// earlier touches of a resumed session. Of the options, `check_touches` is the number of checks;
-  /// `fit_touches` is ignored. Throws PlanError as make_plan() does, IdentifyError as touched()
-  /// does.
-  Online(const Cell& cell, const PlanOptions& options, const Goal& goal, const JointVector& start,
-         const Pace& pace = {}, const std::vector<Touch>& made = {});
+  /// `made`: earlier touches of a resumed session. Of the options, `check_touches` is the number of
+  /// checks; `fit_touches` is ignored. Throws PlanError as make_plan() does, IdentifyError as
+  /// touched() does.
+  Online(const Cell& cell, const PlanOptions& options, const Goal& goal,
+         const std::vector<Touch>& made = {});
 
-  /// The next touch with its path from `from` (empty: the start); empty once done. Repeated until
-  /// touched() or failed() is called. Throws PlanError if no clear path leads away from `from`.
+  /// The next touch with its path from `from` (empty: the resting posture); empty once done.
+  /// Repeated until touched() or failed() is called. Throws PlanError if no clear path leads away
+  /// from `from`.
   std::optional<PlannedTouch> next(const JointVector& from);
   /// Reports the measured touch offered by next(). Throws IdentifyError if all touches together
   /// determine no estimate.
   void touched(const Touch& touch);
   /// The touch failed: out of reach, unexpected contact, contradictory readings.
   void failed();
-  /// From the clear point of the last touch offered; empty if no path is clear, or the arm is
-  /// elsewhere: then it stays there.
+  /// From the clear point of the last touch offered to the resting posture; empty if no path is
+  /// clear, or the arm is elsewhere: then it stays there.
   std::vector<JointVector> way_home(const JointVector& from) const;
 
   const Progress& progress() const;

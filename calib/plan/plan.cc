@@ -106,22 +106,22 @@ std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clea
                                          std::initializer_list<const PlannedTouch*> lines,
                                          const Standing& at, bool as_planned) {
   const auto& [from, in_contact] = at;
-  if (!in_contact && clearance.clear(from, kTipMarginM)) return std::nullopt;
+  if (!in_contact && clearance.clear(from)) return std::nullopt;
   for (const PlannedTouch* near : lines) {
     if (!way_out_of({near->target, last_leg(*near), near->end, {near->clear}}, from, in_contact))
       continue;
     // Out of a contact the arm moves alone: a linear unit stays.
     JointVector out = near->clear;
     std::copy_n(from.begin(), cell.robot.first_turning(), out.begin());
-    if ((out != near->clear || !as_planned) && !clearance.clear(out, kTipMarginM)) continue;
-    if (clearance.clear_search(from, out, cell.target_index(near->target), kTipMarginM)) return out;
+    if ((out != near->clear || !as_planned) && !clearance.clear(out)) continue;
+    if (clearance.clear_search(from, out, cell.target_index(near->target))) return out;
   }
   throw PlanError(
       PlanError::Kind::kArmStands,
       fmt::format(
           "no clear way back along the line of the last touch, and at the arm's position {}. "
           "Jog it free",
-          words_or(clearance.hit(from, kTipMarginM),
+          words_or(clearance.hit(from),
                    in_contact ? "the tip is in contact" : "something is too close")));
 }
 
@@ -155,8 +155,7 @@ PlannedTouch resumed_touch(const Cell& cell, const ArmModel& arm, const Clearanc
         PlanError::Kind::kInTheWay, touch.target,
         fmt::format(
             "{}: no clear way to the next touch of this plan: {}. Check what was changed in the cell",
-            touch.target,
-            words_or(clearance.hit(rest, touch.standoff, kTipMarginM), kBlockedAround)));
+            touch.target, words_or(clearance.hit(rest, touch.standoff), kBlockedAround)));
   const Candidate leaving = leaving_at(cell, arm, before.target, before.clear);
   const auto onward = router.to_standoff(at, &leaving, to);
   if (!onward)
@@ -165,8 +164,7 @@ PlannedTouch resumed_touch(const Cell& cell, const ArmModel& arm, const Clearanc
         fmt::format(
             "no clear way from the arm's position to the next touch, of {}: {}. Jog it above the "
             "spheres",
-            touch.target,
-            words_or(clearance.hit(at, touch.standoff, kTipMarginM), kBlockedAround)));
+            touch.target, words_or(clearance.hit(at, touch.standoff), kBlockedAround)));
   way.insert(way.end(), onward->begin(), onward->end());
   touch.transit = std::move(way);
   round_corners(clearance, {}, standing.from, touch);
@@ -191,7 +189,7 @@ std::vector<JointVector> way_to_wait(const Cell& still, const JointVector& start
         PlanError::Kind::kArmStands,
         fmt::format(
             "no clear way to where the arm waits while the positioner turns: {}. Jog it there",
-            words_or(clearance.hit(at, start, kTipMarginM), kBlockedAround)));
+            words_or(clearance.hit(at, start), kBlockedAround)));
   way.insert(way.end(), onward->begin(), onward->end());
   return way;
 }
@@ -344,7 +342,7 @@ std::optional<Place> place_at(const Cell& cell, const ArmModel& arm, const PlanO
   const Cell alone = with_spheres(cell, {centre_m});
   const Clearance clearance(alone, arm);
   // A sphere that obstructs the resting arm blocks all paths.
-  if (!clearance.clear(resting_posture(cell.robot, clearance), kTipMarginM)) return std::nullopt;
+  if (!clearance.clear(resting_posture(cell.robot, clearance))) return std::nullopt;
   Place place{centre_m,
               find_candidates(alone, arm, clearance, options, 3 * static_cast<int>(kSides))};
   if (!from_many_sides(place.touches) || is_refused_for(alone, alone.targets.front().id))
@@ -489,7 +487,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& stated, const JointVector& f
        with_check_touches(cell, candidates, choice.picked, spread, targets, options, possible))
     todo.push_back({candidates[one.candidate], one.set});
   const JointVector start = from.empty() ? pool.middle() : from;
-  if (const auto what = pool.clearance().hit(start, kTipMarginM))
+  if (const auto what = pool.clearance().hit(start))
     throw PlanError(
         PlanError::Kind::kArmStands,
         fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));

@@ -108,8 +108,7 @@ JointVector middle_posture(const Robot& robot) {
 }
 
 JointVector resting_posture(const Robot& robot, const Clearance& clearance) {
-  return resting_posture(robot,
-                         [&](const JointVector& q) { return clearance.clear(q, kTipMarginM); });
+  return resting_posture(robot, [&](const JointVector& q) { return clearance.clear(q); });
 }
 
 JointVector resting_posture(const Robot& robot,
@@ -194,7 +193,7 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
                     direction_words(what->from), words(what->hit),
                     by_itself ? "Mount a longer or slimmer tool" : "Move it or the obstacle"));
   }
-  if (const auto what = clearance_.hit(middle_, kTipMarginM))
+  if (const auto what = clearance_.hit(middle_))
     throw PlanError(PlanError::Kind::kInTheWay,
                     fmt::format("where the arm rests between touches {}. Move it", words(*what)));
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
@@ -210,8 +209,7 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
             "{} can be reached, but not by a clear way from the resting posture and back: on the "
             "way to its touch from direction {} {}. Move it or the obstacle",
             words_of(cell.targets[t]), direction_words(first->normal),
-            words_or(clearance_.hit(middle_, first->standoff, kTipMarginM),
-                     "a joint is at its limit")));
+            words_or(clearance_.hit(middle_, first->standoff), "a joint is at its limit")));
   }
 }
 

@@ -308,7 +308,7 @@ Plan visits_in_turn(const Cell& cell, const PlanOptions& options, const SettingP
   const std::vector<double>* last = nullptr;
   for (const std::size_t k : order_of(settings, todo)) {
     const SettingPool& setting = settings.all()[k];
-    if (const auto what = setting.pool->clearance().hit(start, kTipMarginM))
+    if (const auto what = setting.pool->clearance().hit(start))
       throw PlanError(PlanError::Kind::kArmStands,
                       fmt::format("with the positioner at {} the arm is too close to something to "
                                   "start: {}. Jog it free",
@@ -404,7 +404,7 @@ class Sweeps {
           std::abs(sweep.half_rad[widest]) * lever_m_[widest])
         widest = j;
     }
-    const auto hit = Clearance(widened(sweep.middle_rad, moves_m), arm_).hit(rest, kTipMarginM);
+    const auto hit = Clearance(widened(sweep.middle_rad, moves_m), arm_).hit(rest);
     if (!hit) return std::nullopt;
     if (moves_m <= least_m) return MetOnSweep{sweep.middle_rad, *hit};
     Sweep first = sweep, second = sweep;

@@ -34,8 +34,7 @@ constexpr double kRound[] = {1.1, 1.35, 1.7};
 constexpr int kPulls = 2, kHalvings = 5;
 /// Number of destinations tried for a pulled way-point.
 constexpr int kPlaces = 16;
-/// Effort of sampling: steps per path, and consecutive failures before a target is given up.
-constexpr int kSteps = 3000;
+/// Consecutive failures of sampling before a target is given up.
 constexpr int kMostFailed = 4;
 /// Paths kept per target; more would be similar.
 constexpr std::size_t kMostKept = 6;
@@ -59,8 +58,7 @@ std::optional<JointVector> Router::above(const Candidate& candidate, double heig
   const Target& target = cell_.targets[candidate.target];
   const Eigen::Vector3d up =
       target.kind == TargetKind::kPlane ? target.normal : stand_up(cell_.robot, target);
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = candidate.orientation;
+  Eigen::Isometry3d pose(candidate.orientation);
   pose.translation() = target.centre_m + (target.diameter_m / 2.0 + height_m) * up;
   return inverse(arm_, pose, seed, margin_rad_);
 }
@@ -72,19 +70,14 @@ std::optional<JointVector> Router::around(const Candidate& leaving, const Candid
   constexpr double kOpposite = 0.35;  // beyond 160 deg halfway is undefined
   if (between.norm() < kOpposite) return std::nullopt;
   const double clear_m = (arm_.nominal_tip_m(to.clear) - target.centre_m).norm();
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = Eigen::Quaterniond(leaving.orientation)
-                      .slerp(0.5, Eigen::Quaterniond(to.orientation))
-                      .toRotationMatrix();
+  Eigen::Isometry3d pose(Eigen::Quaterniond(leaving.orientation)
+                             .slerp(0.5, Eigen::Quaterniond(to.orientation))
+                             .toRotationMatrix());
   pose.translation() = target.centre_m + times * clear_m * between.normalized();
   JointVector middle(to.clear);
   for (std::size_t i = 0; i < middle.size(); ++i)
     middle[i] = 0.5 * (leaving.clear[i] + to.clear[i]);
   return inverse(arm_, pose, middle, margin_rad_);
-}
-
-double Router::seconds(const JointVector& from, const std::vector<JointVector>& chain) const {
-  return way_s(cell_.robot, from, chain, {});
 }
 
 std::vector<JointVector> Router::shortened(const JointVector& from,
@@ -94,7 +87,7 @@ std::vector<JointVector> Router::shortened(const JointVector& from,
       poll_cancelled();
       const JointVector& before = k == 0 ? from : way[k - 1];
       const JointVector& behind = way[k + 1];
-      if (clearance_.clear(before, behind, kTipMarginM)) {
+      if (clearance_.clear(before, behind)) {
         way.erase(way.begin() + static_cast<std::ptrdiff_t>(k));
         continue;
       }
@@ -120,10 +113,10 @@ bool Router::clear_chain(const JointVector& from, const std::vector<JointVector>
                          Known* known) const {
   const auto is_clear = [&](const JointVector& at, const JointVector& next) {
     poll_cancelled();
-    if (known == nullptr) return clearance_.clear(at, next, kTipMarginM);
+    if (known == nullptr) return clearance_.clear(at, next);
     for (const auto& one : *known)
       if (one.from == at && one.to == next) return one.clear;
-    known->push_back({at, next, clearance_.clear(at, next, kTipMarginM)});
+    known->push_back({at, next, clearance_.clear(at, next)});
     return known->back().clear;
   };
   const JointVector* last = &from;
@@ -157,7 +150,8 @@ std::optional<std::vector<JointVector>> Router::simple_way(const JointVector& fr
   for (const auto& first : out)
     for (const auto& last : in) ways.push_back(joined(first, last));
   std::vector<std::pair<double, std::size_t>> fastest;
-  for (std::size_t k = 0; k < ways.size(); ++k) fastest.emplace_back(seconds(from, ways[k]), k);
+  for (std::size_t k = 0; k < ways.size(); ++k)
+    fastest.emplace_back(way_s(cell_.robot, from, ways[k], {}), k);
   std::sort(fastest.begin(), fastest.end());
   Known known;  // paths share most of their moves
   for (const auto& [_, k] : fastest)
@@ -181,22 +175,17 @@ std::optional<std::vector<JointVector>> Router::any_way(const JointVector& from,
   // Via the resting posture: long, but known to be clear. Its first move is known to be clear from
   // the clear point only; the arm may be next to it.
   if (leaving != nullptr && !leaving->to_rest.empty() &&
-      clearance_.clear(from, leaving->to_rest.front(), kTipMarginM))
+      clearance_.clear(from, leaving->to_rest.front()))
     return joined(leaving->to_rest, to.from_rest);
-  if (clearance_.clear(from, rest_, kTipMarginM)) return joined({rest_}, to.from_rest);
-  if (!clearance_.clear(from, kTipMarginM)) return std::nullopt;
-  if (!back_ || back_->from != from) back_ = Back{from, detour(from, rest_, kSteps)};
+  if (clearance_.clear(from, rest_)) return joined({rest_}, to.from_rest);
+  if (!clearance_.clear(from)) return std::nullopt;
+  if (!back_ || back_->from != from) back_ = Back{from, detour(from, rest_)};
   if (back_->way.empty()) return std::nullopt;
   return joined(back_->way, to.from_rest);
 }
 
-std::vector<JointVector> Router::detour(const JointVector& from, const JointVector& to,
-                                        int most_steps) const {
-  DetourOptions options;
-  options.tip_margin_m = kTipMarginM;
-  options.limit_margin_rad = margin_rad_;
-  options.most_steps = most_steps;
-  return find_detour(cell_.robot, clearance_, from, to, options).way;
+std::vector<JointVector> Router::detour(const JointVector& from, const JointVector& to) const {
+  return find_detour(cell_.robot, clearance_, from, to, {.limit_margin_rad = margin_rad_}).way;
 }
 
 std::optional<std::vector<JointVector>> Router::sampled_way(const Candidate& to) const {
@@ -211,7 +200,7 @@ std::optional<std::vector<JointVector>> Router::sampled_way(const Candidate& to)
                     *rest_of_way);
     }
   if (hard.failed >= kMostFailed) return std::nullopt;
-  auto way = detour(rest_, to.standoff, kSteps);
+  auto way = detour(rest_, to.standoff);
   if (way.empty()) {
     ++hard.failed;
     return std::nullopt;
@@ -226,7 +215,7 @@ bool Router::connect(Candidate& candidate) const {
   if (!in) in = sampled_way(candidate);
   if (!in) return false;
   auto out = away(candidate, rest_);
-  if (!out && clearance_.clear(candidate.clear, candidate.standoff, kTipMarginM)) {
+  if (!out && clearance_.clear(candidate.clear, candidate.standoff)) {
     // Reverse of the approach.
     out = std::vector<JointVector>(in->rbegin(), in->rend());
     out->push_back(rest_);
@@ -249,13 +238,13 @@ std::optional<std::vector<JointVector>> Router::away(const Candidate& leaving,
   }
   if (leaving.to_rest.empty()) return std::nullopt;
   if (to == rest_) return leaving.to_rest;
-  if (clearance_.clear(rest_, to, kTipMarginM)) return joined(leaving.to_rest, {to});
+  if (clearance_.clear(rest_, to)) return joined(leaving.to_rest, {to});
   return std::nullopt;
 }
 
 std::optional<std::vector<JointVector>> Router::to_rest(const Candidate& leaving) const {
   if (auto way = away(leaving, rest_)) return way;
-  std::vector<JointVector> way = detour(leaving.clear, rest_, kSteps);
+  std::vector<JointVector> way = detour(leaving.clear, rest_);
   return way.empty() ? std::nullopt : std::optional(std::move(way));
 }
 
@@ -304,11 +293,11 @@ class Sampler final : public ob::StateSampler {
 
 class Moves final : public ob::MotionValidator {
  public:
-  Moves(ob::SpaceInformation* space, const Clearance& clearance, double margin_m)
-      : ob::MotionValidator(space), clearance_(clearance), margin_m_(margin_m) {}
+  Moves(ob::SpaceInformation* space, const Clearance& clearance)
+      : ob::MotionValidator(space), clearance_(clearance) {}
   bool checkMotion(const ob::State* from, const ob::State* to) const override {
     const unsigned n = si_->getStateDimension();
-    return clearance_.clear(joints_of(from, n), joints_of(to, n), margin_m_);
+    return clearance_.clear(joints_of(from, n), joints_of(to, n));
   }
   bool checkMotion(const ob::State* from, const ob::State* to,
                    std::pair<ob::State*, double>& last) const override {
@@ -320,13 +309,11 @@ class Moves final : public ob::MotionValidator {
 
  private:
   const Clearance& clearance_;
-  double margin_m_;
 };
 
 /// Cuts corners: a clear move between two random points of the path replaces what lies between
 /// them. `way` begins with its start.
-void shorten(std::vector<JointVector>& way, const Clearance& clearance, double margin_m,
-             Random& random) {
+void shorten(std::vector<JointVector>& way, const Clearance& clearance, Random& random) {
   const std::size_t cuts = kCuts * way.size();
   for (std::size_t k = 0; k < cuts && way.size() > 2; ++k) {
     poll_cancelled();
@@ -338,8 +325,8 @@ void shorten(std::vector<JointVector>& way, const Clearance& clearance, double m
     const JointVector from = interpolated(way[i], way[i + 1], a - static_cast<double>(i));
     const JointVector to =
         j + 1 < way.size() ? interpolated(way[j], way[j + 1], b - static_cast<double>(j)) : way[j];
-    if (!clearance.clear(way[i], from, margin_m) || !clearance.clear(from, to, margin_m) ||
-        (j + 1 < way.size() && !clearance.clear(to, way[j + 1], margin_m)))
+    if (!clearance.clear(way[i], from) || !clearance.clear(from, to) ||
+        (j + 1 < way.size() && !clearance.clear(to, way[j + 1])))
       continue;
     std::vector<JointVector> shorter(way.begin(), way.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     shorter.push_back(from);
@@ -349,7 +336,7 @@ void shorten(std::vector<JointVector>& way, const Clearance& clearance, double m
   }
   // Removes waypoints that a straight move can skip.
   for (std::size_t i = 1; i + 1 < way.size();) {
-    if (clearance.clear(way[i - 1], way[i + 1], margin_m))
+    if (clearance.clear(way[i - 1], way[i + 1]))
       way.erase(way.begin() + static_cast<std::ptrdiff_t>(i));
     else
       ++i;
@@ -378,11 +365,9 @@ Detour find_detour(const Robot& robot, const Clearance& clearance, const JointVe
   space->setStateSamplerAllocator(
       [&random](const ob::StateSpace* of) { return std::make_shared<Sampler>(of, random); });
   auto information = std::make_shared<ob::SpaceInformation>(space);
-  information->setStateValidityChecker([&](const ob::State* state) {
-    return clearance.clear(joints_of(state, n), options.tip_margin_m);
-  });
-  information->setMotionValidator(
-      std::make_shared<Moves>(information.get(), clearance, options.tip_margin_m));
+  information->setStateValidityChecker(
+      [&](const ob::State* state) { return clearance.clear(joints_of(state, n)); });
+  information->setMotionValidator(std::make_shared<Moves>(information.get(), clearance));
   information->setup();
 
   auto problem = std::make_shared<ob::ProblemDefinition>(information);
@@ -407,10 +392,10 @@ Detour find_detour(const Robot& robot, const Clearance& clearance, const JointVe
   std::vector<JointVector> way;
   for (const ob::State* state : problem->getSolutionPath()->as<og::PathGeometric>()->getStates())
     way.push_back(joints_of(state, n));
-  shorten(way, clearance, options.tip_margin_m, random);
+  shorten(way, clearance, random);
   // Verifies each move again, independent of its origin.
   for (std::size_t i = 1; i < way.size(); ++i)
-    if (!clearance.clear(way[i - 1], way[i], options.tip_margin_m)) return detour;
+    if (!clearance.clear(way[i - 1], way[i])) return detour;
   way.erase(way.begin());
   detour.way = std::move(way);
   return detour;
@@ -421,13 +406,12 @@ void round_corners(const Clearance& clearance, const JointVector& before, const 
   touch.leaving = {};
   touch.corners.clear();
   if (touch.transit.empty()) return;
-  if (!before.empty())
-    touch.leaving = clearance.corner(before, from, touch.transit.front(), kTipMarginM);
+  if (!before.empty()) touch.leaving = clearance.corner(before, from, touch.transit.front());
   for (std::size_t i = 0; i < touch.transit.size(); ++i) {
     poll_cancelled();
     const JointVector& last = i == 0 ? from : touch.transit[i - 1];
     const JointVector& next = i + 1 < touch.transit.size() ? touch.transit[i + 1] : touch.end;
-    touch.corners.push_back(clearance.corner(last, touch.transit[i], next, kTipMarginM));
+    touch.corners.push_back(clearance.corner(last, touch.transit[i], next));
   }
 }
 

@@ -55,8 +55,6 @@ class Router {
   /// Halfway around the sphere of both touches.
   std::optional<JointVector> around(const Candidate& leaving, const Candidate& to,
                                     double times) const;
-  /// Approximate duration; requires stated speeds.
-  double seconds(const JointVector& from, const std::vector<JointVector>& chain) const;
   /// The clear path with its way-points pulled towards the straight line or removed. Clear as well.
   std::vector<JointVector> shortened(const JointVector& from, std::vector<JointVector> way) const;
   std::optional<std::vector<JointVector>> any_way(const JointVector& from, const Candidate* leaving,
@@ -73,8 +71,7 @@ class Router {
                                                      const Candidate* leaving,
                                                      const Candidate& to) const;
   std::optional<std::vector<JointVector>> sampled_way(const Candidate& to) const;
-  std::vector<JointVector> detour(const JointVector& from, const JointVector& to,
-                                  int most_steps) const;
+  std::vector<JointVector> detour(const JointVector& from, const JointVector& to) const;
 
   const Cell& cell_;
   const ArmModel& arm_;
@@ -99,9 +96,8 @@ class Router {
 // from both ends until they meet (RRT-Connect, by OMPL). Slow, with bounded effort, and incomplete.
 
 struct DetourOptions {
-  double tip_margin_m = 0.0;
   double limit_margin_rad = 0.0;  ///< an end beyond it is not moved
-  int most_steps = 4000;          ///< of the trees; each costs one or two move checks
+  int most_steps = 3000;          ///< of the trees; each costs one or two move checks
   unsigned seed = 1;
 };
 

@@ -73,7 +73,8 @@ struct Spread {
   }
 };
 
-constexpr double kOffM = 0.008;
+/// Most that a touch lies off the fitted sphere, in errors of the arm.
+constexpr double kOffSigmas = 4.0;
 /// Touches within this angle, seen from the centre, are on one side and constrain the lateral
 /// position poorly.
 constexpr double kOneSideRad = 70.0 * kRadPerDeg;
@@ -96,12 +97,15 @@ PlanError too_uncertain(const Sought& one, const std::string& id) {
                          ? "Give the arm more room around it, or measure its centre and state it "
                            "as centre_mm"
                          : "Measure its centre and state it as centre_mm";
-  const double u_mm = 2e3 * one.sigma_m, limit_mm = 2e3 * kFoundSigmaM;
-  return {PlanError::Kind::kNotFound, id,
-          fmt::format("sphere {}: centre ± {:.{}f} mm (k=2) after {} touches, limit {:g} mm. All "
-                      "lie within {:.0f} deg as seen from its centre. {}",
-                      id, u_mm, decimals_apart(u_mm, limit_mm, 1), one.tips.size(), limit_mm,
-                      widest_rad * kDegPerRad, todo)};
+  const double u_mm = 2e3 * one.sigma_m,
+               limit_mm = 2e3 * found_sigma_m(one.particles.arm_sigma_m());
+  const int decimals = decimals_apart(u_mm, limit_mm, 1);
+  return {
+      PlanError::Kind::kNotFound, id,
+      fmt::format("sphere {}: centre ± {:.{}f} mm (k=2) after {} touches, limit {:.{}f} mm. All "
+                  "lie within {:.0f} deg as seen from its centre. {}",
+                  id, u_mm, decimals, one.tips.size(), limit_mm, decimals, widest_rad * kDegPerRad,
+                  todo)};
 }
 
 }  // namespace
@@ -111,8 +115,7 @@ Vector3d shaft_in_tool(const Tool& tool) { return tool.tcp.linear().transpose() 
 std::optional<JointVector> LineLeader::posture(const LineToLead& line, double outside_m,
                                                const Vector3d& beside,
                                                const JointVector& near) const {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = line.orientation;
+  Eigen::Isometry3d pose(line.orientation);
   pose.translation() = line.aim_m + outside_m * line.normal + beside;
   return inverse(arm_, pose, near, margin_rad_);
 }
@@ -248,6 +251,13 @@ double expected_reduction_m2(const SearchDepth& depth, const std::vector<Eigen::
   return std::max(0.0, all.variance(0.0) - left / all.count);  // (71)
 }
 
+std::string advice_after_touches(double arm_sigma_m) {
+  return fmt::format(
+      "Check its diameter_mm, the tool's xyz_mm, and that nothing else is there. If they are right, the arm is "
+      "off by more than {:.0f} mm: check its mastering and offset_deg, or state larger tolerances in the robot file",
+      kOffSigmas * arm_sigma_m * kMmPerM);
+}
+
 Ball ball_of_prior(const CentreParticles& particles) {
   return {particles.prior_mean(), particles.bound_m() + kWrongM};
 }
@@ -258,27 +268,27 @@ void Sought::touched(const Vector3d& from, const Vector3d& tip, const Target& st
   shrink_ball();
   const std::vector<double> radii(tips.size(), radius_m);
   const Vector3d mean = particles.mean();
-  centre_m = fit_centre(tips, radii, {&mean, particles.prior_sigma_m()}, kArmSigmaM).centre_m;
+  const double arm_sigma_m = particles.arm_sigma_m(), most_off_m = kOffSigmas * arm_sigma_m;
+  centre_m = fit_centre(tips, radii, {&mean, particles.prior_sigma_m()}, arm_sigma_m).centre_m;
   Eigen::Matrix3d information =
       Eigen::Matrix3d::Identity() / std::pow(particles.prior_sigma_m(), 2);
   double off = 0.0;
   for (const Vector3d& p : tips) {
-    const Vector3d row = (centre_m - p).normalized() / kArmSigmaM;
+    const Vector3d row = (centre_m - p).normalized() / arm_sigma_m;
     information += row * row.transpose();
     off = std::max(off, std::abs((centre_m - p).norm() - radius_m));
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information, Eigen::EigenvaluesOnly);
   sigma_m = 1.0 / std::sqrt(solver.eigenvalues()[0]);
-  found =
-      tips.size() >= kLeastHits && !particles.empty() && sigma_m <= kFoundSigmaM && off <= kOffM;
+  found = tips.size() >= kLeastHits && !particles.empty() &&
+          sigma_m <= found_sigma_m(arm_sigma_m) && off <= most_off_m;
   if (found || tips.size() < kMostHits) return;
-  if (off <= kOffM) throw too_uncertain(*this, stated.id);
+  if (off <= most_off_m) throw too_uncertain(*this, stated.id);
   throw PlanError(
       PlanError::Kind::kNotFound, stated.id,
-      fmt::format(
-          "the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. Check its "
-          "diameter, and that nothing else is where it is searched for",
-          stated.id, stated.diameter_m * 1e3, off * 1e3));
+      fmt::format("the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. {}",
+                  stated.id, stated.diameter_m * kMmPerM, off * kMmPerM,
+                  advice_after_touches(arm_sigma_m)));
 }
 
 void Sought::shrink_ball() {

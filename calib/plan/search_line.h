@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "calib/model/kinematics.h"
@@ -97,6 +98,9 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
 /// of the search, contact with depth or none, with an error `sigma_m` of the depth.
 double expected_reduction_m2(const SearchDepth& depth, const std::vector<Eigen::Vector3d>& places,
                              double sigma_m);
+
+/// Causes of touches that do not lie on one sphere.
+std::string advice_after_touches(double arm_sigma_m);
 
 // A sphere being searched for: what its touches and the lines without contact leave of its place. All places in
 // the base frame [m].

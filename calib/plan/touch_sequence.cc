@@ -141,8 +141,7 @@ struct GoalBatches::Impl {
     const Eigen::MatrixXd covariance = arm_covariance(arm, c);
     const std::vector<JointVector> poses = postures(arm);
     const PositionBound bound(arm, x, covariance, ripple_elsewhere_rad(c), c.discrepancy.sigma_m);
-    const Eigen::MatrixXd moves =
-        aligned_moves(arm, poses, x.data(), Eigen::VectorXd::Ones(arm.size()));
+    const Eigen::MatrixXd moves = aligned_moves(arm, poses, x.data());
     progress.u95_m = bound.mean_u95_m(poses);
     progress.mean_m = predicted_mean_error_m(moves, covariance,
                                              ripple_variance_m2(arm, poses, c.level.ripple_rad));
@@ -258,7 +257,7 @@ struct TouchSequence::Impl {
   /// Called once all spheres are found.
   void begin() {
     if (stated.robot.positioner.empty())
-      online.emplace(finder.located(), options.plan, options.goal, JointVector{}, Pace{}, made);
+      online.emplace(finder.located(), options.plan, options.goal, made);
     else
       batches.emplace(finder.located(), options.plan, options.goal, made);
   }
@@ -340,10 +339,9 @@ struct TouchSequence::Impl {
       nearest = t;
     }
     if (std::abs(nearest_m) > kNearM)
-      throw PlanError(
-          PlanError::Kind::kArmStands,
-          fmt::format("the arm is not at a target, and at its position {}. Jog it free",
-                      words_or(clearance.hit(from, kTipMarginM), "the tip is in contact")));
+      throw PlanError(PlanError::Kind::kArmStands,
+                      fmt::format("the arm is not at a target, and at its position {}. Jog it free",
+                                  words_or(clearance.hit(from), "the tip is in contact")));
     if (finder.seeking() == nearest)
       throw PlanError(
           PlanError::Kind::kArmStands, cell.targets[nearest].id,
@@ -353,7 +351,7 @@ struct TouchSequence::Impl {
     Eigen::Isometry3d outside = pose;
     outside.translation() += (options.plan.clear_m + std::max(0.0, -nearest_m)) * outwards;
     const auto out = inverse(arm, outside, from, 0.0);
-    if (!out || !clearance.clear_search(from, *out, nearest, kTipMarginM))
+    if (!out || !clearance.clear_search(from, *out, nearest))
       throw PlanError(
           PlanError::Kind::kArmStands, cell.targets[nearest].id,
           fmt::format(
@@ -383,7 +381,7 @@ std::optional<PlannedTouch> TouchSequence::next(const JointVector& from, bool in
   me.turned_to(positioner_rad);
   if (me.batches) return me.next(from, in_contact);
   if (const auto out = me.recorded_retreat(from, in_contact)) return me.next_after(*out);
-  const bool free = !in_contact && Clearance(me.finder.here(), me.arm).clear(from, kTipMarginM);
+  const bool free = !in_contact && Clearance(me.finder.here(), me.arm).clear(from);
   if (free || me.finder.leads_out(from)) return me.next(from);
   return me.next_after({me.way_out(from)});
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "calib/plan/pool.h"
 
@@ -16,9 +17,11 @@ double stretched_m(const ArmModel& arm) {
   return sum;
 }
 
+constexpr double kArmSigmas = 4.0;  ///< of the difference between two postures, (64c)
+
 /// In the worst direction, in the middle posture.
 double off_by_arm_m(const Cell& cell) {
-  constexpr double kSigmas = 4.0, kMostM = 0.025;
+  constexpr double kMostM = 0.025;
   const ArmModel arm(cell.robot, cell.tool);
   const PreparedPose pose = arm.prepare(middle_posture(cell.robot));
   const ArmErrors none = arm.errors(nullptr);
@@ -34,7 +37,7 @@ double off_by_arm_m(const Cell& cell) {
         sum_m2 += std::pow(along[k] * error.sigma, 2);
     most_m2 = std::max(most_m2, sum_m2);
   }
-  return std::min(kSigmas * std::sqrt(2.0 * most_m2), kMostM);  // (64c)
+  return std::min(kArmSigmas * std::sqrt(2.0 * most_m2), kMostM);  // (64c)
 }
 
 }  // namespace
@@ -89,6 +92,11 @@ PlanOptions with_tolerances(PlanOptions options, const Cell& cell) {
   constexpr double kUsuallyOffM = 0.015;  // of arms up to some 2.2 m of reach
   if (const double off_m = off_by_arm_m(cell); off_m > kUsuallyOffM) options.arm_off_m = off_m;
   return options;
+}
+
+double arm_sigma_m(const Cell& cell) {
+  return std::max(kLeastArmSigmaM,
+                  with_tolerances({}, cell).arm_off_m / (kArmSigmas * std::numbers::sqrt2));
 }
 
 SearchReach search_reach(const TrackOff& unit, const Target& target, const JointVector& contact,

@@ -44,6 +44,11 @@ class TrackOff {
 /// With arm_off_m of a large arm before it is calibrated: (64c).
 PlanOptions with_tolerances(PlanOptions options, const Cell& cell);
 
+/// Error of the nominal tip in one posture relative to others nearby, 1 sigma: that of (64c) where it is large,
+/// otherwise kLeastArmSigmaM.
+double arm_sigma_m(const Cell& cell);
+inline constexpr double kLeastArmSigmaM = 0.002;
+
 /// A search on both sides of the nominal surface, and the clear point: (64a), (64b), (64c).
 struct SearchReach {
   double before_m, behind_m, clear_m;

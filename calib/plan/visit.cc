@@ -244,7 +244,7 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& cleara
           fmt::format("{}: no clear way to its touch from direction {}: {}. Move it or what is "
                       "in the way, or start from another posture",
                       cell.targets[to.target].id, direction_words(to.normal),
-                      words_or(clearance.hit(at, to.standoff, kTipMarginM), kBlockedAround)));
+                      words_or(clearance.hit(at, to.standoff), kBlockedAround)));
     plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
     plan.touches.back().transit = *way;
     if (aim) aim(to, plan.touches.back());

@@ -158,14 +158,13 @@ std::vector<JointVector> poses_in_scope(const Cell& cell, std::span<const Touch>
   if (workspace) return workspace_poses(arm, count, kSeed);
   const auto region = tracker_region(cell, touches);
   if (!region.empty()) return poses_between(region, count, kSeed);
-  constexpr double kNearM = 0.150;
   std::vector<JointVector> around;
   std::vector<Eigen::Vector3d> touched_m;
   for (const Touch& touch : touches) {
     around.push_back(touch.joint_rad);
     touched_m.push_back(arm.nominal_tip_m(touch.joint_rad, arm.tool_index(touch.tool)));
   }
-  return local_poses(arm, around, touched_m, kNearM, count, kSeed);
+  return local_poses(arm, around, touched_m, count, kSeed);
 }
 
 std::optional<InScope> apart_in_scope(const Calibration* earlier, const Calibration& now,

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "calib/estimate/estimate.h"
 #include "calib/estimate/joint_functions.h"
 #include "calib/estimate/repeats.h"
 #include "calib/estimate/target.h"
@@ -128,11 +129,12 @@ std::optional<FoundJump> JumpSequence::robust(const JumpSuspect& suspect) const 
   constexpr double kStep = 3.0;
   constexpr int kRoundsAtGate = 3;
   Eigen::VectorXd residual = linear_.residual;
-  double width = std::max(kJumpGate, residual.head(linear_.length_row).lpNorm<Eigen::Infinity>());
+  double width =
+      std::max(kOutlierSigma, residual.head(linear_.length_row).lpNorm<Eigen::Infinity>());
   std::optional<FoundJump> found;
   for (int at_gate = 0; at_gate < kRoundsAtGate;) {
     poll_cancelled();
-    const double gate = kJumpGate * std::max(1.0, scatter(residual));
+    const double gate = kOutlierSigma * std::max(1.0, scatter(residual));
     if (width <= gate) ++at_gate;
     width = std::max(width, gate);
     const Eigen::VectorXd weight = weights(residual, width);
@@ -145,7 +147,7 @@ std::optional<FoundJump> JumpSequence::robust(const JumpSuspect& suspect) const 
 
 std::optional<FoundJump> JumpSequence::at(const JumpSuspect& suspect, std::size_t behind) const {
   Eigen::VectorXd residual = linear_.residual;
-  const double gate = kJumpGate * std::max(1.0, scatter(residual));
+  const double gate = kOutlierSigma * std::max(1.0, scatter(residual));
   return best_place(suspect, weights(residual, gate), behind, residual);
 }
 
@@ -156,7 +158,7 @@ std::size_t JumpSequence::placed(const JumpSuspect& suspect, const FoundJump& fo
     const Eigen::VectorXd is = linear_.residual.segment(row, rows);
     const Eigen::VectorXd by = by_jump_.block(row, suspect.first, rows, suspect.size) * found.size;
     const auto cost = [&](const Eigen::VectorXd& r) {
-      return std::min(r.squaredNorm(), kJumpGate * kJumpGate);
+      return std::min(r.squaredNorm(), kOutlierSigma * kOutlierSigma);
     };
     jumped[k] = cost(k >= found.behind ? is : Eigen::VectorXd(is + by));
     not_jumped[k] = cost(k >= found.behind ? Eigen::VectorXd(is - by) : is);

@@ -48,8 +48,6 @@ TwoPlaces as_two(const Cell& cell, const std::vector<Touch>& touches, const std:
 // and the effect of a jump of a joint's zero, of the tool's tip or of a target between them
 // (jump.h).
 
-/// Beyond this many sigmas a touch is an outlier, as in the estimate.
-inline constexpr double kJumpGate = 4.0;
 /// Prior 1 sigma of a jump: of a joint's zero; of tool and target in each direction.
 inline constexpr double kUsualSlipRad = 0.1 * kRadPerDeg;
 inline constexpr double kUsualKnockM = 1e-3;

@@ -14,6 +14,8 @@ constexpr double kToolRadiusM = 0.03;  // a torch's neck
 constexpr double kTipLengthM = 0.06;   // slim end of the tool: contact tip and wire
 constexpr double kTipRadiusM = 0.004;
 constexpr double kBodyMarginM = 0.02;  // for everything except the tip
+constexpr double kTipMargin =
+    0.011;  // of the tip's end from every sphere's surface, as Clearance has it
 constexpr double kStandRadiusM = 0.015;
 constexpr double kStandLengthM = 0.25;
 constexpr double kBelowTargetsM = 0.10;  // wrist and flange stay above the lowest target minus this
@@ -55,7 +57,7 @@ CapsuleCheck::CapsuleCheck(const Cell& cell, const ArmModel& arm) : arm_(arm) {
   }
 }
 
-bool CapsuleCheck::clear(const JointVector& q, double tip_margin_m) const {
+bool CapsuleCheck::clear(const JointVector& q) const {
   const ArmShape shape = arm_.shape(arm_.prepare(q), nullptr);
   const Vector3d tip = shape.tcp.translation(), flange = shape.flange.translation();
   const double length = (tip - flange).norm();
@@ -70,8 +72,8 @@ bool CapsuleCheck::clear(const JointVector& q, double tip_margin_m) const {
                       distance(o.centre_m, o.foot_m, a, b) - kStandRadiusM) -
              radius;
     };
-    if (distance(o.centre_m, tip, neck) - o.radius_m < tip_margin_m) return false;
-    if (distance(o.centre_m, o.foot_m, tip, neck) - kStandRadiusM - kTipRadiusM < tip_margin_m)
+    if (distance(o.centre_m, tip, neck) - o.radius_m < kTipMargin) return false;
+    if (distance(o.centre_m, o.foot_m, tip, neck) - kStandRadiusM - kTipRadiusM < kTipMargin)
       return false;
     if (gap(neck, flange, kToolRadiusM) < kBodyMarginM) return false;
     // The column of the base is fixed; links from the shoulder on move.
@@ -81,8 +83,7 @@ bool CapsuleCheck::clear(const JointVector& q, double tip_margin_m) const {
   return true;
 }
 
-bool CapsuleCheck::clear(const JointVector& from, const JointVector& to,
-                         double tip_margin_m) const {
+bool CapsuleCheck::clear(const JointVector& from, const JointVector& to) const {
   double largest = 0.0;
   for (std::size_t i = 0; i < from.size(); ++i)
     largest = std::max(largest, std::abs(to[i] - from[i]));
@@ -91,7 +92,7 @@ bool CapsuleCheck::clear(const JointVector& from, const JointVector& to,
   for (int k = 0; k <= steps; ++k) {
     const double s = static_cast<double>(k) / steps;
     for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + s * (to[i] - from[i]);
-    if (!clear(q, tip_margin_m)) return false;
+    if (!clear(q)) return false;
   }
   return true;
 }

@@ -16,10 +16,9 @@ class CapsuleCheck {
   /// Targets must state their centres.
   CapsuleCheck(const Cell& cell, const ArmModel& arm);
 
-  /// `tip_margin_m`: least distance of the tip's end from every sphere's surface.
-  bool clear(const JointVector& q, double tip_margin_m) const;
+  bool clear(const JointVector& q) const;
   /// Samples the straight joint-space move finely enough that no collision is missed.
-  bool clear(const JointVector& from, const JointVector& to, double tip_margin_m) const;
+  bool clear(const JointVector& from, const JointVector& to) const;
 
  private:
   struct Obstacle {

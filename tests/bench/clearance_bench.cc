@@ -47,8 +47,8 @@ void measure(const char* name, const Check& check, const std::vector<JointVector
     return 100.0 * static_cast<double>(std::count_if(list.begin(), list.end(), is_clear)) /
            static_cast<double>(list.size());
   };
-  const auto posture = [&](const JointVector& q) { return check.clear(q, kTipMarginM); };
-  const auto move = [&](const Move& m) { return check.clear(m.first, m.second, kTipMarginM); };
+  const auto posture = [&](const JointVector& q) { return check.clear(q); };
+  const auto move = [&](const Move& m) { return check.clear(m.first, m.second); };
   const auto timed = [&](const auto& list, const auto& is_clear, int count) {
     return microseconds(count, [&](std::size_t i) { return is_clear(list[i % list.size()]); });
   };

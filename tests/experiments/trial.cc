@@ -161,7 +161,7 @@ Outcome judged(World world, const std::vector<calib::Touch>& touches, double loa
   std::vector<calib::JointVector> around;
   for (const auto& t : touches) around.push_back(t.joint_rad);
   const OverPostures local =
-      judge(world.arm, predictor, calib::local_poses(model, around, world.centre_m, 0.15, 300, 98));
+      judge(world.arm, predictor, calib::local_poses(model, around, world.centre_m, 300, 98));
   o.m2 = local.mean;
   o.m2_max = local.max;
   o.m4_local = local.covered;
@@ -175,9 +175,9 @@ Outcome judged(World world, const std::vector<calib::Touch>& touches, double loa
       nominal_mean_m(
           world.arm, predictor,
           calib::workspace_poses(calib::ArmModel(c.cell.robot, c.cell.tool), kPoses, 97))};
-  o.nominal_near = {c.nominal_near_targets_m, c.nominal_near_targets_u_m,
-                    nominal_mean_m(world.arm, predictor,
-                                   calib::local_poses(model, around, centres, 0.15, kPoses, 97))};
+  o.nominal_near = {
+      c.nominal_near_targets_m, c.nominal_near_targets_u_m,
+      nominal_mean_m(world.arm, predictor, calib::local_poses(model, around, centres, kPoses, 97))};
   return o;
 }
 
@@ -287,7 +287,7 @@ std::optional<OnlineOutcome> run_online(const calib::Robot& robot, const Trial& 
   options.seed = static_cast<unsigned>(seed);
   std::optional<calib::Online> online;
   try {
-    online.emplace(world.cell, options, goal, calib::JointVector{});
+    online.emplace(world.cell, options, goal);
   } catch (const calib::PlanError&) {
     return std::nullopt;
   }

@@ -104,6 +104,13 @@ TEST(AfterMastering, JointsThatNoTouchTellsAreRefusedByName) {
   EXPECT_NE(refusal({"A1", "A2", "A6"}).find("no touch tells the zero of A1, A6"),
             std::string::npos)
       << refusal({"A1", "A2", "A6"});
+  Calibration loose = calibration();
+  for (ParameterResult& one : loose.parameters)
+    if (one.key == joint_parameter(ParameterKind::kTheta, 3)) one.decided_by = DecidedBy::kPrior;
+  EXPECT_NE(
+      std::string(testing::thrown<IdentifyError>([&] { (void)as_mastered(loose, {"A4"}); }).what())
+          .find("leave the zero of A4 to its tolerance"),
+      std::string::npos);
   EXPECT_NE(refusal({"A9"}).find("no joint A9. There are: A1, A2"), std::string::npos);
 }
 

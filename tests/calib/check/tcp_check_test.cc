@@ -252,6 +252,22 @@ TEST(TcpCheck, ChecksThatHeldBeforeMakeTheNextOneSharper) {
   EXPECT_FALSE(made_by(knocked({0.0, 0.3e-3, 0.0})).judged(before).holds);
 }
 
+TEST(TcpCheck, ReferencesThatScatterMoreThanStatedMakeTheNextOneLessSharp) {
+  const auto shaken = [](std::uint64_t seed) {
+    Made made = made_by(truth(), seed);
+    Random random(seed + 50);
+    for (Touch& touch : made.touches) touch.joint_rad[1] += 1.5e-4 * random.normal();
+    return made.touches;
+  };
+  const std::vector<std::vector<Touch>> calm{
+      made_by(truth(), 2).touches, made_by(truth(), 3).touches, made_by(truth(), 4).touches,
+      made_by(truth(), 5).touches};
+  const std::vector<std::vector<Touch>> wild{shaken(2), shaken(3), shaken(4), shaken(5)};
+  const TcpCheck sharp = made_by(truth(), 6).judged(calm), rough = made_by(truth(), 6).judged(wild);
+  EXPECT_LT(rough.found, sharp.found - 0.1);
+  EXPECT_GT(rough.covariance_m2.trace(), 1.5 * sharp.covariance_m2.trace());
+}
+
 TEST(TcpCheck, WhatIsWrongInAReferenceIsExpectedAgain) {
   // A constant error of the calibration is not a change.
   const sim::Truth always = knocked({0.12e-3, 0.0, 0.0});

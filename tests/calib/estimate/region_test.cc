@@ -10,6 +10,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/linear.h"
 #include "tests/calib/simulate.h"
+#include "tests/calib/track_cell.h"
 
 namespace cellcal::calib {
 namespace {
@@ -89,6 +90,16 @@ TEST(Region, MeanErrorOfAnArmThatIsKnownIsWhatItsJointsAreOff) {
     }
   const double seen = sum / static_cast<double>(kTimes * poses.size());
   EXPECT_NEAR(foreseen, seen, 0.1 * seen);  // directions differ
+}
+
+TEST(Region, RippleOfTurningJointsAloneMovesTheTipOfAnArmOnALinearUnit) {
+  const Cell on_track = testing::track_cell(CELLCAL_TRACK_ROBOT);
+  const ArmModel arm(on_track.robot, on_track.tool);
+  const auto poses = workspace_poses(arm, 20, 7);
+  const Eigen::VectorXd variance = ripple_variance_m2(arm, poses, 1.0);
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    EXPECT_NEAR(variance[static_cast<Eigen::Index>(k)] + 1.0,
+                arm.nominal_jacobian(poses[k]).topRows<3>().squaredNorm(), 1e-9);
 }
 
 TEST(Region, ManyPosesAndFewForeseeTheSameErrorButForTheDraw) {

@@ -93,12 +93,32 @@ TEST(Repeats, AreNotSeenAmongTouchesOfOtherPlacesTargetsOrSets) {
   EXPECT_EQ(of(touches).touches, 54);
 }
 
-TEST(Repeats, ThatStateTheirOwnNoiseOrAreCopiesMeasureNothing) {
+TEST(Repeats, ThatStateTheirOwnNoiseMeasureItAndKeepIt) {
   auto touches = repeated(30, 2, 5e-5);
   for (Touch& touch : touches) touch.sigma_m = 1e-4;
-  EXPECT_EQ(of(touches).touches, 60);
-  EXPECT_EQ(of(touches).degrees_of_freedom, 0.0);
+  const Repeats found = of(touches);
+  EXPECT_EQ(found.touches, 60);
+  EXPECT_EQ(found.degrees_of_freedom, 30.0);
+  EXPECT_NEAR(found.scatter_m / 5e-5, 1.0, 0.35);
+  EXPECT_EQ(found.used_degrees, 0.0);
+  EXPECT_EQ(found.used_m, demo_cell().touch_sigma_m);
+  for (std::size_t i = 0; i < 30; ++i) touches[i].sigma_m = 2e-4;
+  EXPECT_EQ(of(touches).touches, 0) << "their mean would have no one weight";
+}
+
+TEST(Repeats, ThatAreCopiesMeasureNothing) {
   EXPECT_EQ(of(repeated(30, 3, 0.0)).degrees_of_freedom, 0.0);
+}
+
+TEST(Repeats, AreNotTouchesOfAnotherSpeedWhereTheLatchDelayIsInDoubt) {
+  auto touches = repeated(30, 2, 5e-5);
+  for (std::size_t i = 0; i < touches.size(); ++i) touches[i].speed_m_s = i < 30 ? 0.01 : 0.002;
+  EXPECT_EQ(of(touches).touches, 60) << "0.2 ms make 0.0016 mm";
+  Cell doubtful = demo_cell();
+  doubtful.latch_delay_sigma_s = 5e-3;
+  const ArmModel arm(doubtful);
+  const Problem problem(doubtful, arm, touches, starting_places(doubtful, arm, touches));
+  EXPECT_EQ(find_repeats(problem).touches, 0);
 }
 
 TEST(Repeats, FinerThanTheTouchesLeaveToEveryLevelWhatThePosturesShare) {

@@ -89,6 +89,8 @@ TEST(Update, AfterAKnockOfTheToolTheArmIsAsAccurateAsBefore) {
   EXPECT_EQ(c.update->explanations.front().kind, ChangeKind::kTool);
   EXPECT_GT(off(calibration(), arm).mean_m, 1e-3);
   EXPECT_EQ(c.update->stands_on, kFacts.stands_on);
+  EXPECT_FALSE(calibration().uncertainty.empty());
+  EXPECT_TRUE(c.uncertainty.empty()) << "the last session's would contradict its predictions";
   EXPECT_TRUE(testing::found(c, FindingKind::kUpdated));
 }
 

@@ -55,7 +55,7 @@ TEST(Around, ACandidateAreOthersOfItsTargetWithinTheConeAndTheLimits) {
         EXPECT_GE((*q)[i], demo_cell().robot.joints[i].min_rad + options.limit_margin_rad - 1e-9);
         EXPECT_LE((*q)[i], demo_cell().robot.joints[i].max_rad - options.limit_margin_rad + 1e-9);
       }
-    EXPECT_TRUE(pool.clearance().clear_search(c.clear, c.end, c.target, kTipMarginM));
+    EXPECT_TRUE(pool.clearance().clear_search(c.clear, c.end, c.target));
   }
   EXPECT_TRUE(of_both[0] && of_both[1]);
 }

@@ -71,7 +71,7 @@ TEST(TouchesToAGoal, AreCalledOffAtAnyPollOfTheirPlan) {
   const Cell cell = planned_cell();
   Goal goal;
   goal.most_touches = 24;
-  expect_called_off_anywhere([&] { Online(cell, few_touches(), goal, {}); });
+  expect_called_off_anywhere([&] { Online(cell, few_touches(), goal); });
 }
 
 TEST(PlanningRequest, SaysHowFarItIsStepByStepAndNeverLess) {

@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
 #include "calib/files/files.h"
+#include "calib/model/linear.h"
+#include "calib/plan/bodies.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/pool.h"
 #include "tests/calib/plan/box.h"
@@ -49,7 +52,7 @@ TEST(CellCheck, FindsNothingInASoundCell) {
   Cell honest = demo_cell();  // centres as inaccurate as stated
   honest.targets[0].centre_m += Vector3d(0.02, -0.02, 0.01);
   for (Target& target : honest.targets) target.centre_sigma_m = 0.02;
-  EXPECT_EQ(all_words(faults_of(honest)), "");
+  EXPECT_TRUE(refuse_faulty(honest, false).empty());
 }
 
 TEST(CellCheck, NamesACertifiedLengthWithItsDecimalPointInTheWrongPlace) {
@@ -175,6 +178,7 @@ TEST(CellCheck, NamesAToolOrADiameterInMetresAndATouchTooGoodToBeTrue) {
   EXPECT_EQ(faults_of(cell).front().kind, CellFaultKind::kDiameterInMetres);
   cell = demo_cell();
   cell.targets[0].diameter_m = 0.0254;
+  cell.targets[0].centre_sigma_m = 0.004;
   EXPECT_FALSE(only_fault(cell, CellFaultKind::kUnusualDiameter).refused);
   cell = demo_cell();
   cell.touch_sigma_m = 3e-8;
@@ -188,6 +192,36 @@ TEST(CellCheck, WarnsOfRadiiThatCountAsExactSinceTheirOffsetIsNotStated) {
   const CellFault fault = only_fault(cell, CellFaultKind::kRadiusOffset);
   EXPECT_FALSE(fault.refused);
   expect_words(fault, {"radius_offset_sigma_mm = 0:", "state radius_offset_sigma_mm = 0.3"});
+}
+
+TEST(CellCheck, WarnsOfASphereThatTheFirstSearchMayPass) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  Target& small = cell.targets[1];
+  small.diameter_m = 0.040;
+  const CellFault fault = only_fault(cell, CellFaultKind::kRoughCentre);
+  EXPECT_FALSE(fault.refused);
+  EXPECT_NEAR(fault.b_m, 0.00715, 1e-5);
+  expect_words(fault, {"sphere S2: centre_sigma_mm = 10.0, limit 7.2 mm", "'cellcal run --find'",
+                       "smaller centre_sigma_mm"});
+  EXPECT_EQ(refuse_faulty(cell).size(), 1u);
+  EXPECT_TRUE(refuse_faulty(cell, false).empty()) << "no search goes to the stated centre";
+  // Every 50th sphere is farther aside than its radius.
+  Random random(1);
+  int passed = 0;
+  constexpr int kSpheres = 100000;
+  for (int k = 0; k < kSpheres; ++k)
+    passed += std::hypot(random.normal(), random.normal()) * fault.b_m > small.diameter_m / 2.0;
+  EXPECT_NEAR(passed, kSpheres / 50, kSpheres / 500);
+  small.centre_sigma_m = 0.008;
+  EXPECT_EQ(only_fault(cell, CellFaultKind::kRoughCentre).ids.front(), "S2");
+  cell.tool.tip_radius_m = 0.003;  // a ball reaches farther aside
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+  cell = demo_cell();
+  cell.lengths.clear();
+  cell.targets[1].diameter_m = 0.040;
+  cell.targets[1].centre_sigma_m = 0.0;  // not stated
+  EXPECT_EQ(all_words(faults_of(cell)), "");
 }
 
 TEST(CellCheck, NamesAMeshInMetres) {
@@ -347,7 +381,7 @@ TEST(CellCheck, AcceptsAToolThatPointsBackBesideTheFlangeWhereTheArmRestsWithItO
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);
   const JointVector rest = resting_posture(cell.robot, clearance);
-  EXPECT_TRUE(clearance.clear(rest, kTipMarginM));
+  EXPECT_TRUE(clearance.clear(rest));
   EXPECT_NE(rest[5], middle_posture(cell.robot)[5]);
 }
 
@@ -398,6 +432,35 @@ TEST(CellCheck, FindsNothingOnAnyShippedRobotOrExample) {
     ++cells;
   }
   EXPECT_GE(cells, 4);
+}
+
+TEST(CellCheck, FindsNothingOnAnyShippedArmWithTheFloorAtItsFootOnALinearUnit) {
+  const Joint unit = load_robot(CELLCAL_TRACK_ROBOT).joints[0];
+  int robots = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(CELLCAL_ROBOTS_FOLDER)) {
+    if (entry.path().extension() != ".toml") continue;
+    Cell cell;
+    cell.robot = load_robot(entry.path());
+    if (cell.robot.joints.size() != 6) continue;
+    cell.tool.tcp.translation() = Vector3d(0.0, 0.0, 0.3);
+    cell.tool.mass_kg = 2.0;
+    cell.touch_sigma_m = 3e-5;
+    cell.floor_m = 0.0;
+    for (const bool moves : {false, true}) {
+      if (moves) cell.robot.joints.insert(cell.robot.joints.begin(), unit);
+      EXPECT_EQ(all_words(faults_of(cell)), "") << entry.path() << (moves ? ", on a unit" : "");
+      if (!moves) continue;
+      const ArmModel arm(cell);
+      const Bodies bodies(arm);
+      std::vector<Segment> axes;
+      bodies.place(middle_posture(cell.robot), axes);
+      // Of the column the whole height but its rounded foot, 30 mm above the floor.
+      EXPECT_NEAR(axes[1].a.z(), bodies.list()[1].radius_m + 0.03, 1e-9) << entry.path();
+      EXPECT_NEAR(axes[1].b.z(), cell.robot.joints[1].d_m, 1e-9) << entry.path();
+    }
+    ++robots;
+  }
+  EXPECT_GE(robots, 44);
 }
 
 TEST(CellCheck, RefusesWithAllThatIsWrong) {

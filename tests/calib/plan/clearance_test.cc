@@ -115,8 +115,8 @@ void expect_agreement(const Cell& cell, int postures) {
     const Approach approach = collisions.at(q);
     const double room =
         std::min(approach.tip.gap_m - kTipMarginM, approach.body.gap_m - kBodyMarginM);
-    const auto found = clearance.hit(q, kTipMarginM);
-    EXPECT_EQ(clearance.clear(q, kTipMarginM), !found);
+    const auto found = clearance.hit(q);
+    EXPECT_EQ(clearance.clear(q), !found);
     if (!found) {
       ++free;
       EXPECT_GT(room, -kPointsM) << approach.tip.words << ", " << approach.body.words;
@@ -166,14 +166,14 @@ TEST(Clearance, OfMovesLeavesHalfTheMarginEverywhereOnTheWay) {
     for (std::size_t i = 0; i < to.size(); ++i)
       to[i] = std::clamp(to[i] + random.uniform(-1.0, 1.0) * (i == 0 ? 2.0 : 1.0),
                          cell.robot.joints[i].min_rad, cell.robot.joints[i].max_rad);
-    if (!clearance.clear(from, kTipMarginM) || !clearance.clear(to, kTipMarginM)) continue;
-    if (!clearance.clear(from, to, kTipMarginM)) {
+    if (!clearance.clear(from) || !clearance.clear(to)) continue;
+    if (!clearance.clear(from, to)) {
       ++blocked_between;
-      EXPECT_TRUE(clearance.hit(from, to, kTipMarginM));
+      EXPECT_TRUE(clearance.hit(from, to));
       continue;
     }
     ++free;
-    EXPECT_FALSE(clearance.hit(from, to, kTipMarginM));
+    EXPECT_FALSE(clearance.hit(from, to));
     const Approach approach = collisions.along(from, to);
     EXPECT_GT(approach.tip.gap_m, kMarginKept * kTipMarginM - 1e-9) << approach.tip.words;
     EXPECT_GT(approach.body.gap_m, kMarginKept * kBodyMarginM - 1e-9) << approach.body.words;
@@ -190,11 +190,11 @@ TEST(Clearance, OfAMoveSeesASheetThatIsPassedInTheMiddle) {
   const ArmModel arm(cell.robot, cell.tool);
   const JointVector left = {0.6, -1.2, 1.6, 0.0, 1.0, 0.0},
                     right = {-0.6, -1.2, 1.6, 0.0, 1.0, 0.0};
-  EXPECT_TRUE(Clearance(cell, arm).clear(left, right, kTipMarginM));
+  EXPECT_TRUE(Clearance(cell, arm).clear(left, right));
   cell.obstacles = {box("sheet", {1.0, 0.0, 0.5}, {3.0, 1e-4, 3.0})};
   const Clearance clearance(cell, arm);
-  EXPECT_FALSE(clearance.clear(left, right, kTipMarginM));
-  EXPECT_EQ(clearance.hit(left, right, kTipMarginM)->other, "obstacle sheet");
+  EXPECT_FALSE(clearance.clear(left, right));
+  EXPECT_EQ(clearance.hit(left, right)->other, "obstacle sheet");
 }
 
 /// The hit with only `obstacle` in the way of a posture in the middle of the cell.
@@ -205,7 +205,7 @@ std::string words_of(const Obstacle& obstacle) {
   cell.lengths.clear();
   cell.obstacles = {obstacle};
   const ArmModel arm(cell.robot, cell.tool);
-  return words_or(Clearance(cell, arm).hit({0.0, -1.2, 1.6, 0.0, 1.0, 0.0}, kTipMarginM), "");
+  return words_or(Clearance(cell, arm).hit({0.0, -1.2, 1.6, 0.0, 1.0, 0.0}), "");
 }
 
 TEST(Clearance, SaysWhichPartOfTheArmComesHowNearToWhat) {
@@ -260,15 +260,14 @@ TEST(Clearance, OfASearchLetsTheTipMeetItsOwnSphereAndStandAlone) {
   cell.targets[1].centre_m = Eigen::Vector3d(-1.5, 0.0, 0.2);
   {
     const Clearance clearance(cell, arm);
-    EXPECT_FALSE(clearance.clear(q, q, kTipMarginM));
-    EXPECT_TRUE(clearance.clear_search(q, q, 0, kTipMarginM))
-        << words(*clearance.hit_search(q, q, 0, 0));
-    EXPECT_FALSE(clearance.clear_search(q, q, 1, kTipMarginM));
+    EXPECT_FALSE(clearance.clear(q, q));
+    EXPECT_TRUE(clearance.clear_search(q, q, 0)) << words(*clearance.hit_search(q, q, 0));
+    EXPECT_FALSE(clearance.clear_search(q, q, 1));
   }
   cell.obstacles = {post("clamp", tcp.translation(), 0.01, 0.01)};
   const Clearance clearance(cell, arm);
-  EXPECT_FALSE(clearance.clear_search(q, q, 0, kTipMarginM));
-  EXPECT_EQ(clearance.hit_search(q, q, 0, kTipMarginM)->other, "obstacle clamp");
+  EXPECT_FALSE(clearance.clear_search(q, q, 0));
+  EXPECT_EQ(clearance.hit_search(q, q, 0)->other, "obstacle clamp");
 }
 
 TEST(Clearance, AFloorThatIsStatedTakesThePlaceOfTheLowestTarget) {
@@ -276,16 +275,15 @@ TEST(Clearance, AFloorThatIsStatedTakesThePlaceOfTheLowestTarget) {
   const JointVector low = {-1.4, 0.0, 0.9, 0.0, -0.7, 0.0};  // above the floor, below the targets
   const ArmModel arm(cell.robot, cell.tool);
   ASSERT_LT(arm.shape(arm.prepare(low), nullptr).flange.translation().z(), 0.2);
-  const auto too_low = Clearance(cell, arm).hit(low, kTipMarginM);
+  const auto too_low = Clearance(cell, arm).hit(low);
   ASSERT_TRUE(too_low);
   EXPECT_EQ(too_low->kind, Hit::Kind::kBelowTargets);
   EXPECT_NE(words(*too_low).find("100 mm below the lowest target (no floor_mm"), std::string::npos)
       << words(*too_low);
   cell.floor_m = -1.5;
-  EXPECT_FALSE(Clearance(cell, arm).hit(low, kTipMarginM))
-      << words(*Clearance(cell, arm).hit(low, kTipMarginM));
+  EXPECT_FALSE(Clearance(cell, arm).hit(low)) << words(*Clearance(cell, arm).hit(low));
   cell.floor_m = 0.15;
-  const auto floor = Clearance(cell, arm).hit(low, kTipMarginM);
+  const auto floor = Clearance(cell, arm).hit(low);
   ASSERT_TRUE(floor);
   EXPECT_EQ(floor->other, "the floor");
 }
@@ -302,7 +300,7 @@ TEST(Clearance, KeepsTheHandOffTheArmItself) {
     const JointVector q = drawn(cell.robot, random);
     if (collisions.at(q).self.gap_m > kBodyMarginM - kPointsM) continue;
     ++folded;
-    EXPECT_FALSE(clearance.clear(q, kTipMarginM));
+    EXPECT_FALSE(clearance.clear(q));
   }
   EXPECT_GT(folded, 20);
 }
@@ -341,10 +339,10 @@ TEST(Clearance, KeepsAToolThatPointsBackOffTheForearm) {
     const JointVector q = posture();
     const auto [gap, root] = shaft_to_forearm_m(bodies, q);
     across += gap < root - kBodyMarginM;
-    if (!clearance.clear(q, kTipMarginM)) continue;
+    if (!clearance.clear(q)) continue;
     ++free;
     EXPECT_GE(gap, root - kBodyMarginM - 1e-9);
-    if (k % 8 == 0 && clearance.clear(last, q, kTipMarginM))
+    if (k % 8 == 0 && clearance.clear(last, q))
       for (double share = 0.0; share < 1.0; share += 0.01) {
         const auto [near, from] = shaft_to_forearm_m(bodies, interpolated(last, q, share));
         EXPECT_GE(near, from - 1.1 * kBodyMarginM);
@@ -368,15 +366,14 @@ TEST(Clearance, KeepsOtherToolsOnTheFlangeClearToo) {
   const ArmModel arm(cell);
   cell.obstacles = {box("cabinet", arm.nominal_tip_m(q, 1), {0.05, 0.05, 0.05})};
   const Clearance with(cell, arm);
-  const auto hit = with.hit(q, kTipMarginM);
+  const auto hit = with.hit(q);
   ASSERT_TRUE(hit);
   EXPECT_EQ(words(*hit), "the end of P2 runs into obstacle cabinet");
-  EXPECT_FALSE(with.clear(q, kTipMarginM));
+  EXPECT_FALSE(with.clear(q));
 
   cell.other_tools.clear();
   const ArmModel bare(cell);
-  EXPECT_TRUE(Clearance(cell, bare).clear(q, kTipMarginM))
-      << words(*Clearance(cell, bare).hit(q, kTipMarginM));
+  EXPECT_TRUE(Clearance(cell, bare).clear(q)) << words(*Clearance(cell, bare).hit(q));
 }
 
 TEST(Clearance, AMeshThatWasNotReadIsRefused) {
@@ -392,9 +389,9 @@ TEST(Clearance, AMeshThatWasNotReadIsRefused) {
 
 TEST(Clearance, BlindSeesNothing) {
   const JointVector q(6, 0.0);
-  EXPECT_TRUE(Clearance::blind().clear(q, 1.0));
-  EXPECT_TRUE(Clearance::blind().clear(q, q, 1.0));
-  EXPECT_FALSE(Clearance::blind().hit(q, 1.0));
+  EXPECT_TRUE(Clearance::blind().clear(q));
+  EXPECT_TRUE(Clearance::blind().clear(q, q));
+  EXPECT_FALSE(Clearance::blind().hit(q));
 }
 
 TEST(Bodies, AreAsThickAsTheArmIsLong) {
@@ -451,7 +448,7 @@ TEST(CornerOfPath, MayBeCutAsFarAsWhatStandsAroundItAllows) {
     ASSERT_EQ(touch.corners.size(), touch.transit.size());
     const JointVector& at = plan.touches[k - 1].clear;
     const JointVector &before = plan.touches[k - 1].end, &next = touch.transit.front();
-    const Corner corner = clearance.corner(before, at, next, kTipMarginM);
+    const Corner corner = clearance.corner(before, at, next);
     EXPECT_EQ(corner.in_share, touch.leaving.in_share);
     EXPECT_EQ(corner.out_share, touch.leaving.out_share);
     most = std::max({most, corner.in_share, corner.out_share});
@@ -462,7 +459,7 @@ TEST(CornerOfPath, MayBeCutAsFarAsWhatStandsAroundItAllows) {
     const Eigen::Vector3d tip = arm.nominal_tip_m(at);
     const Eigen::Vector3d beside = touch.normal.unitOrthogonal();
     tight.obstacles = {box("beside", tip + 0.0125 * beside, {0.001, 0.001, 0.001})};
-    const Corner less = Clearance(tight, arm).corner(before, at, next, kTipMarginM);
+    const Corner less = Clearance(tight, arm).corner(before, at, next);
     EXPECT_LT(less.in_share, 0.5 * corner.in_share + 1e-12);
     EXPECT_LT(less.out_share, 0.5 * corner.out_share + 1e-12);
   }
@@ -479,7 +476,7 @@ TEST(CornerOfPath, IsGoneToWhereTheCellSaysWhichMovesCanBeLed) {
   const ArmModel arm(cell.robot, cell.tool);
   const PlannedTouch& touch = plan.touches[1];
   const Corner corner = Clearance(cell, arm).corner(plan.touches[0].end, plan.touches[0].clear,
-                                                    touch.transit.front(), kTipMarginM);
+                                                    touch.transit.front());
   EXPECT_EQ(corner.in_share, 0.0);
   EXPECT_EQ(corner.out_share, 0.0);
 }
@@ -492,7 +489,7 @@ TEST(CornerOfPath, ThatIsNotClearItselfIsNotCut) {
   options.check_touches = 0;
   const Plan plan = make_plan(cell, options);
   const Corner corner = Clearance(cell, arm).corner(plan.touches[0].clear, plan.touches[0].end,
-                                                    plan.touches[0].clear, kTipMarginM);
+                                                    plan.touches[0].clear);
   EXPECT_EQ(corner.in_share, 0.0);
 }
 

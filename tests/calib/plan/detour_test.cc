@@ -44,9 +44,9 @@ TEST(Detour, FindsAWayWhereTheSimpleOnesFail) {
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);
   const auto [rest, beyond] = ends_of(cell, arm, clearance);
-  ASSERT_FALSE(clearance.clear(rest, beyond, kTipMarginM));
-  const Detour detour = find_detour(cell.robot, clearance, rest, beyond,
-                                    {.tip_margin_m = kTipMarginM, .limit_margin_rad = kMarginRad});
+  ASSERT_FALSE(clearance.clear(rest, beyond));
+  const Detour detour =
+      find_detour(cell.robot, clearance, rest, beyond, {.limit_margin_rad = kMarginRad});
   ASSERT_GE(detour.way.size(), 2U);  // the straight move is not clear
   EXPECT_EQ(detour.way.back(), beyond);
   Plan plan;
@@ -68,7 +68,7 @@ TEST(Detour, IsTheSameEveryTime) {
   const ArmModel arm = planning_arm(cell);
   const Clearance clearance(cell, arm);
   const auto [rest, beyond] = ends_of(cell, arm, clearance);
-  const DetourOptions options{.tip_margin_m = kTipMarginM, .limit_margin_rad = kMarginRad};
+  const DetourOptions options{.limit_margin_rad = kMarginRad};
   const Detour once = find_detour(cell.robot, clearance, rest, beyond, options);
   const Detour twice = find_detour(cell.robot, clearance, rest, beyond, options);
   EXPECT_EQ(once.way, twice.way);
@@ -84,8 +84,8 @@ TEST(Detour, EndsAfterItsStepsWhereThereIsNoWay) {
   cell.robot.joints[2].max_rad = 2.3;
   const ArmModel arm = planning_arm(cell);
   const auto [rest, beyond] = ends_of(cell, arm, Clearance(cell, arm));
-  const Detour none = find_detour(cell.robot, Clearance(cell, arm), rest, beyond,
-                                  {.tip_margin_m = kTipMarginM, .most_steps = 200});
+  const Detour none =
+      find_detour(cell.robot, Clearance(cell, arm), rest, beyond, {.most_steps = 200});
   EXPECT_TRUE(none.way.empty());
   EXPECT_LE(none.steps, 202);
 }

@@ -17,7 +17,7 @@ PlanOptions without_checks() {
 Driven drive(const Cell& cell, const Goal& goal, const std::function<bool(int)>& fails,
              double speed_m_s, const std::vector<Touch>& before) {
   const sim::Truth truth = plain_truth(cell, 4);
-  Online online(cell, without_checks(), goal, {}, {}, before);
+  Online online(cell, without_checks(), goal, before);
   Random random(5);
   Driven driven;
   driven.begin = online.progress();

@@ -92,7 +92,7 @@ TEST(FindOnPositioner, FindsSpheresOnTheTurnedTableAndOnTheFloorInTheFramesTheyS
       EXPECT_EQ(target.taught_rad, target.carried_by > 0 ? kTurned : std::vector<double>());
       const double off_m =
           (target.centre_m - seen_m(cell, truth, t, touch->joint_rad, kTurned)).norm();
-      EXPECT_LT(off_m, 3.0 * kFoundSigmaM) << target.id;
+      EXPECT_LT(off_m, 3.0 * found_sigma_m(kLeastArmSigmaM)) << target.id;
     }
     std::printf("seed %u: %d touches, %d misses\n", seed, found.touches, found.misses);
   }
@@ -199,7 +199,7 @@ TEST(PositionerMargins, WaysKeepFartherFromWhatThePositionerMayHaveMoved) {
   const auto clear_at = [&](double beyond_m, double off) {
     sphere.centre_m = tcp.translation() + beyond_m * ahead;
     sphere.off_m = off;
-    return Clearance(near, arm).clear(rest, kTipMarginM);
+    return Clearance(near, arm).clear(rest);
   };
   double least_m = 0.0;  // where the tip's margin begins
   while (!clear_at(least_m, 0.0)) least_m += 1e-4;
@@ -244,7 +244,7 @@ TEST(FindOnTrack, FindsSpheresFromNearTheCarriagesPlaceOppositeThem) {
       const Vector3d centre_m = found.cell.targets[cell.target_index(touch.target)].centre_m;
       const TrackOff::Place place = unit.place(centre_m);
       EXPECT_LT(unit.off_m(place, touch.joint_rad[0]),
-                1.1 * std::hypot(unit.off_m(place, place.opposite_m), 3.0 * kArmSigmaM));
+                1.1 * std::hypot(unit.off_m(place, place.opposite_m), 3.0 * kLeastArmSigmaM));
       least_m = std::min(least_m, touch.joint_rad[0]);
       most_m = std::max(most_m, touch.joint_rad[0]);
     }
@@ -253,7 +253,7 @@ TEST(FindOnTrack, FindsSpheresFromNearTheCarriagesPlaceOppositeThem) {
       const auto touch = std::ranges::find(found.made, cell.targets[t].id, &Touch::target);
       const double off_m =
           (found.cell.targets[t].centre_m - seen_m(cell, truth, t, touch->joint_rad, {})).norm();
-      EXPECT_LT(off_m, 4.0 * kFoundSigmaM) << cell.targets[t].id;
+      EXPECT_LT(off_m, 4.0 * found_sigma_m(kLeastArmSigmaM)) << cell.targets[t].id;
     }
     std::printf("seed %u: %d touches, %d misses\n", seed, found.touches, found.misses);
   }

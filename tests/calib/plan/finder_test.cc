@@ -13,6 +13,7 @@
 #include "calib/model/linear.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/touch_sequence.h"
+#include "calib/plan/track.h"
 #include "tests/calib/plan/find_drive.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
@@ -131,6 +132,44 @@ TEST_P(SmallSphereSearch, IsFoundByTouchesFromAllSides) {
 INSTANTIATE_TEST_SUITE_P(Of, SmallSphereSearch,
                          ::testing::Values(SmallSphere{40, 5, 0.0}, SmallSphere{40, 10, 0.003},
                                            SmallSphere{20, 5, 0.0}));
+
+/// Spheres of 60 and 25 mm.
+Cell large_cell() {
+  Cell cell = testing::table_cell(0.06, 0.002, 0);
+  cell.robot = load_robot(std::filesystem::path(CELLCAL_ROBOTS_FOLDER) / "kr210_r2700_2.toml");
+  const Vector3d places[] = {
+      {1.75, -0.60, 0.60}, {1.70, 0.70, 0.70}, {1.10, -1.30, 0.90}, {1.20, 1.25, 1.00}};
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    cell.targets[t].centre_m = places[t];
+    if (t % 2 == 1) cell.targets[t].diameter_m = 0.025;
+  }
+  return cell;
+}
+
+TEST(Finder, TakesTheErrorOfALargeArmFromItsTolerances) {
+  EXPECT_EQ(arm_sigma_m(demo_cell()), kLeastArmSigmaM);
+  EXPECT_EQ(arm_sigma_m(testing::table_cell(0.06, 0.0, 0)), kLeastArmSigmaM);
+  EXPECT_EQ(found_sigma_m(kLeastArmSigmaM), 0.0025);
+  Cell large = large_cell();
+  EXPECT_NEAR(arm_sigma_m(large), 0.0032, 1e-4);
+  EXPECT_NEAR(found_sigma_m(arm_sigma_m(large)), 0.0040, 2e-4);
+  for (Joint& joint : large.robot.joints) joint.tolerance_length_m = 1.0;
+  EXPECT_NEAR(arm_sigma_m(large), 0.0044, 1e-4);
+}
+
+TEST(Finder, FindsSmallSpheresWithALargeArm) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Cell cell = large_cell();
+    const sim::Truth truth = testing::plain_truth(cell, seed);
+    try {
+      const Found found = drive(as_rough_as_stated(cell, 0.010, seed), truth, true);
+      std::printf("KR 210: %d touches, %d misses\n", found.touches, found.misses);
+    } catch (const PlanError& error) {
+      ADD_FAILURE() << error.what();
+    }
+  }
+}
 
 TEST(Finder, ThatGivesUpLeadsToWhereAnotherCanBegin) {
   const Cell small = testing::table_cell(0.04, 0.0, 0);

@@ -87,7 +87,7 @@ TEST(LinearUnitPlan, EveryMoveIsClearWithTheArmWhereTheCarriageIs) {
   const JointVector* at = &plan.start;
   for (const PlannedTouch& touch : plan.touches) {
     for (const JointVector& next : touch.transit) {
-      EXPECT_TRUE(clearance.clear(*at, next, 0.009));
+      EXPECT_TRUE(clearance.clear(*at, next));
       at = &next;
     }
     at = &touch.clear;
@@ -117,9 +117,9 @@ TEST(LinearUnitPlan, TheColumnThatTheUnitMovesKeepsClearOfTheCell) {
   q[0] = 0.2;
   JointVector beyond = q;
   beyond[0] = 2.8;
-  EXPECT_TRUE(clearance.clear(q, 0.0));
-  EXPECT_TRUE(clearance.clear(beyond, 0.0));
-  const auto hit = clearance.hit(q, beyond, 0.0);
+  EXPECT_TRUE(clearance.clear(q));
+  EXPECT_TRUE(clearance.clear(beyond));
+  const auto hit = clearance.hit(q, beyond);
   ASSERT_TRUE(hit);
   EXPECT_NE(words(*hit).find("post"), std::string::npos);
 }
@@ -210,7 +210,7 @@ TEST(LinearUnitPlan, TheTipKeepsFartherFromASphereThatTheCarriageIsFarFrom) {
         tcp.translation() +
         (0.013 + 0.03) * (tcp.translation() - flange.translation()).normalized();
     there.targets[0].has_stand = false;
-    return Clearance(there, arm).clear(q, kTipMarginM);
+    return Clearance(there, arm).clear(q);
   };
   EXPECT_TRUE(is_clear(1.5, true));
   EXPECT_TRUE(is_clear(1.5, false)) << "the arm reaches forward: the carriage is opposite";

@@ -52,11 +52,11 @@ TEST(OnlineAhead, TakesAboutAsManyAsForeseenEveryTargetsFirstOnesBeforeAnyOtherO
 }
 
 TEST(OnlineAhead, ForeseesNoMoreThanIsAllowedAndNoFewerThanAnEstimateNeeds) {
-  EXPECT_EQ(Online(demo_cell(), without_checks(), {.u95_m = 1e-6, .most_touches = 30}, {})
+  EXPECT_EQ(Online(demo_cell(), without_checks(), {.u95_m = 1e-6, .most_touches = 30})
                 .progress()
                 .touches_left,
             30);
-  EXPECT_EQ(Online(demo_cell(), without_checks(), {.u95_m = 1.0}, {}).progress().touches_left,
+  EXPECT_EQ(Online(demo_cell(), without_checks(), {.u95_m = 1.0}).progress().touches_left,
             4 * kFirstTouches);
 }
 

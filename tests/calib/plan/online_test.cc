@@ -129,7 +129,7 @@ TEST(Online, SaysWhatKeepsItFromTheGoal) {
 }
 
 TEST(Online, OffersTheSameTouchUntilToldWhatBecameOfIt) {
-  Online online(demo_cell(), without_checks(), {}, {});
+  Online online(demo_cell(), without_checks(), {});
   const auto first = online.next({});
   ASSERT_TRUE(first);
   EXPECT_EQ(online.next({})->standoff, first->standoff);
@@ -153,7 +153,7 @@ TEST(Online, OffersTheSameTouchAgainOnAWayThatIsClearFromWhereTheArmIsThen) {
   const ArmModel arm(cell.robot, cell.tool);
   const Clearance clearance(cell, arm);
   const sim::Truth truth = testing::plain_truth(cell, 4);
-  Online online(cell, without_checks(), {.u95_m = 0.3e-3}, {});
+  Online online(cell, without_checks(), {.u95_m = 0.3e-3});
   Random random(9);
   JointVector at;
   std::vector<JointVector> been;
@@ -170,13 +170,13 @@ TEST(Online, OffersTheSameTouchAgainOnAWayThatIsClearFromWhereTheArmIsThen) {
       last = next;
     }
     for (const JointVector& here : places) {
-      if (!clearance.clear(here, kTipMarginM)) continue;
+      if (!clearance.clear(here)) continue;
       const auto again = online.next(here).value();
       EXPECT_EQ(again.clear, planned.clear);
       EXPECT_EQ(again.standoff, planned.standoff);
       const JointVector* from = &here;
       for (std::size_t w = 0; w + 1 < again.transit.size(); from = &again.transit[w++]) {
-        EXPECT_TRUE(clearance.clear(*from, again.transit[w], kTipMarginM));
+        EXPECT_TRUE(clearance.clear(*from, again.transit[w]));
         ++ways;
       }
     }
@@ -192,7 +192,7 @@ TEST(Online, OffersTheSameTouchAgainOnAWayThatIsClearFromWhereTheArmIsThen) {
 
 TEST(Online, SaysHowManyTouchesAreLeft) {
   const sim::Truth truth = testing::plain_truth(demo_cell(), 6);
-  Online online(demo_cell(), without_checks(), {.u95_m = 0.3e-3}, {});
+  Online online(demo_cell(), without_checks(), {.u95_m = 0.3e-3});
   Random random(7);
   JointVector at;
   std::vector<int> left;
@@ -217,9 +217,9 @@ TEST(Online, SaysHowManyTouchesAreLeft) {
 TEST(Online, IsCalledOff) {
   bool off = false;
   const Watch watch([&] { return off; });
-  Online online(demo_cell(), without_checks(), {}, {});
+  Online online(demo_cell(), without_checks(), {});
   off = true;
-  EXPECT_THROW(Online(demo_cell(), without_checks(), {}, {}), Cancelled);
+  EXPECT_THROW(Online(demo_cell(), without_checks(), {}), Cancelled);
   EXPECT_THROW(online.next({}), Cancelled);
 }
 
@@ -233,11 +233,11 @@ TEST(Online, SaysThatTheArmIsEnclosedInsteadOfTryingEveryTouch) {
   fence.frame.translation() = Eigen::Vector3d(1.15, 0.45, 0.5);
   fence.size_m = {1.4, 0.01, 4.0};
   cell.obstacles = {fence};
-  Online online(cell, without_checks(), {}, {});
+  Online online(cell, without_checks(), {});
   ASSERT_TRUE(online.next({}));
   JointVector outside = middle_posture(cell.robot);
   outside[0] = -1.6;  // KUKA's first joint turns clockwise
-  Online from_there(cell, without_checks(), {}, {});
+  Online from_there(cell, without_checks(), {});
   const auto error = testing::thrown<PlanError>([&] { (void)from_there.next(outside); });
   EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
 }

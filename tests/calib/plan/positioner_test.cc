@@ -78,14 +78,14 @@ TEST(PositionerPlan, TheAxesStandDuringATouchAndTurnWhileTheArmWaits) {
     if (turned) {
       const Clearance before(at_setting(cell, *last), arm);
       for (const JointVector& next : touch.wait) {
-        EXPECT_TRUE(before.clear(at, next, 0.009));
+        EXPECT_TRUE(before.clear(at, next));
         at = next;
       }
       EXPECT_EQ(at, planned().start);
     }
     const Clearance clearance(at_setting(cell, touch.positioner_rad), arm);
     for (const JointVector& next : touch.transit) {
-      EXPECT_TRUE(clearance.clear(at, next, 0.009));
+      EXPECT_TRUE(clearance.clear(at, next));
       at = next;
     }
     at = touch.clear;
@@ -148,6 +148,7 @@ TEST(PositionerPlan, NamesASphereThatNoSettingBringsIntoReach) {
 TEST(PositionerPlan, TheCellCheckLooksAtEverySetting) {
   Cell sound = with_positioner();
   sound.robot.positioner[1].mass_kg = 50.0;
+  for (Target& target : sound.targets) target.centre_sigma_m = 0.005;
   EXPECT_TRUE(faults_of(sound).empty());
   Cell far = with_positioner();
   far.targets[1].centre_m = Eigen::Vector3d(0.0, 0.0, 3.0);
@@ -208,7 +209,7 @@ TEST(PositionerPlan, ResumedInContactTheArmLeavesItAndWaitsBeforeThePositionerTu
                                 const std::vector<JointVector>& way) {
     const Clearance clearance(at_setting(cell, setting), arm);
     for (const JointVector& waypoint : way) {
-      EXPECT_TRUE(clearance.clear(at, waypoint, 0.009));
+      EXPECT_TRUE(clearance.clear(at, waypoint));
       at = waypoint;
     }
   };

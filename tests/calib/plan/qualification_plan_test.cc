@@ -53,7 +53,7 @@ TEST(QualificationPlans, KeepsClearOfTheSpheresThatItDoesNotTouch) {
   JointVector at = plan.start;
   for (const PlannedTouch& touch : plan.touches) {
     for (const JointVector& waypoint : touch.transit) {
-      EXPECT_FALSE(clearance.hit(at, waypoint, 0.0)) << touch.target;
+      EXPECT_FALSE(clearance.hit(at, waypoint)) << touch.target;
       at = waypoint;
     }
     at = touch.clear;

@@ -152,7 +152,7 @@ TEST(PlanRefusal, IsNotNeededWhereTheArmCanRestBesideWhatIsInTheWay) {
   cell.obstacles = {box("lamp", tip, {0.02, 0.02, 0.02})};
   const Plan made = make_plan(cell, sound_options());
   EXPECT_NE(made.start, sound_plan().start);
-  EXPECT_TRUE(Clearance(cell, nominal_arm(cell)).clear(made.start, kTipMarginM));
+  EXPECT_TRUE(Clearance(cell, nominal_arm(cell)).clear(made.start));
 }
 
 TEST(PlanRefusal, NamesWhatStandsWhereverTheArmCouldRest) {

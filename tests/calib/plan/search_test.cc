@@ -8,8 +8,10 @@
 #include "calib/plan/centre_particles.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/search_line.h"
+#include "calib/plan/track.h"
 #include "tests/calib/plan/find_drive.h"
 #include "tests/calib/simulate.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -21,7 +23,7 @@ TEST(CentreParticles, KeepsTheTruthAndRulesOutWhatWasMissed) {
   Target target;
   target.has_centre = true;
   target.centre_sigma_m = 0.01;
-  CentreParticles particles(target, 0.03, 1);
+  CentreParticles particles(target, 0.03, kLeastArmSigmaM, 1);
   EXPECT_NEAR(particles.mean().norm(), 0.0, 1e-3);
   const double before = particles.covariance().trace();
   // A sphere at (8, 0, 0) mm met from above.
@@ -41,7 +43,7 @@ TEST(CentreParticles, ThinsPlacesAsSurelyAsTheyWouldHaveBeenMet) {
   target.has_box = true;
   target.low_m = Vector3d::Constant(-0.02);
   target.high_m = Vector3d::Constant(0.02);
-  CentreParticles particles(target, 0.01, 1);
+  CentreParticles particles(target, 0.01, kLeastArmSigmaM, 1);
   const Vector3d from(0, 0, 0.1), to(0, 0, -0.1);
   const auto at = [&](double low_m, double high_m) {
     return static_cast<double>(
@@ -59,14 +61,58 @@ TEST(CentreParticles, ThinsPlacesAsSurelyAsTheyWouldHaveBeenMet) {
   EXPECT_NEAR(at(0.009, 0.010) / grazing, 0.40, 0.10);
 }
 
+TEST(CentreParticles, OfALargeArmSurviveTouchesThatItsTolerancesPutOff) {
+  constexpr double kRadiusM = 0.03, kOffM = 0.010;
+  Target target;
+  target.has_centre = true;
+  target.centre_sigma_m = 0.01;
+  const auto left = [&](double arm_sigma_m) {
+    CentreParticles particles(target, kRadiusM, arm_sigma_m, 1);
+    for (const Vector3d& side : {Vector3d(0, 1, 0), Vector3d(0, -1, 0), Vector3d(0, 0, 1)})
+      particles.hit(0.1 * side, kRadiusM * side);
+    // In two postures that are off to opposite sides.
+    for (const Vector3d& side : {Vector3d(1, 0, 0), Vector3d(-1, 0, 0)})
+      particles.hit(0.1 * side, (kRadiusM - kOffM) * side);
+    return !particles.empty();
+  };
+  EXPECT_FALSE(left(kLeastArmSigmaM));
+  EXPECT_TRUE(left(0.0032));
+}
+
+TEST(Sought, WhoseTouchesLieOnNoSphereNamesTheArmAsACause) {
+  constexpr double kRadiusM = 0.012, kTrueM = 0.03;
+  for (const double arm_sigma_m : {kLeastArmSigmaM, 0.004}) {
+    Target target;
+    target.id = "S1";
+    target.has_centre = true;
+    target.diameter_m = 2.0 * kRadiusM;
+    Sought one{0, kRadiusM, Eigen::Isometry3d::Identity(),
+               CentreParticles(target, kRadiusM, arm_sigma_m, 1)};
+    const auto error = testing::thrown<PlanError>([&] {
+      for (int k = 0; k < 12; ++k) {
+        const Vector3d side = Vector3d::Unit(k % 3) * (k % 2 == 0 ? 1.0 : -1.0);
+        one.touched(0.1 * side, kTrueM * side, target);
+      }
+    });
+    EXPECT_EQ(error.kind, PlanError::Kind::kNotFound);
+    const std::string words = error.what();
+    EXPECT_NE(words.find("do not lie on a sphere of 24.0 mm"), std::string::npos) << words;
+    const char* const off = arm_sigma_m > kLeastArmSigmaM ? "16" : "8";
+    EXPECT_NE(words.find(std::string("the arm is off by more than ") + off +
+                         " mm: check its mastering and offset_deg, or state larger tolerances"),
+              std::string::npos)
+        << words;
+  }
+}
+
 TEST(CentreParticles, OfABoxWithoutExtentHaveASpreadOfTheirPrior) {
   Target target;
   target.has_box = true;
   target.low_m = target.high_m = Vector3d(0.8, 0.1, 0.3);
-  const CentreParticles particles(target, 0.03, 1);
+  const CentreParticles particles(target, 0.03, kLeastArmSigmaM, 1);
   EXPECT_LT((particles.mean() - target.low_m).norm(), 1e-9);
-  EXPECT_GT(particles.prior_sigma_m(), kArmSigmaM);
-  EXPECT_LT(particles.prior_sigma_m(), 10.0 * kArmSigmaM);
+  EXPECT_GT(particles.prior_sigma_m(), kLeastArmSigmaM);
+  EXPECT_LT(particles.prior_sigma_m(), 10.0 * kLeastArmSigmaM);
 }
 
 TEST(Shaft, OfATcpOnTheFlangeIsTheFlangesZ) {
@@ -110,7 +156,7 @@ TEST(SearchDepth, LearnsNothingFromALineThatWasSearchedBefore) {
   const auto told = [&](const Vector3d& aim, const Vector3d& normal) {
     const SearchLine line{aim, normal, -normal};
     return expected_reduction_m2(search_depth(line, places, kRadiusM, kNoStand, Tool{}), places,
-                                 kArmSigmaM);
+                                 kLeastArmSigmaM);
   };
   const double again = told(Vector3d::Zero(), Vector3d::UnitZ());
   const double aside = told(Vector3d(0.0, 0.0, -0.014), Vector3d::UnitX());
