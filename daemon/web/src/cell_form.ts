@@ -404,17 +404,29 @@ const NOT_FOUND = 404, UNUSABLE = 422;
 /** Which of both fills the form: that of the cell, or, only where there is none that can be shown, `empty`. */
 export const form_answer = (empty: Answer, of_cell: Answer): Answer => ([NOT_FOUND, UNUSABLE].includes(of_cell.status) ? empty : of_cell);
 
+/** A file that a cell file names and that is not here. */
+export interface MissingFile {
+  name: string;
+  /** Id of the obstacle; null: the robot. */
+  of: string | null;
+}
+/** Those that are not chosen yet. */
+export const still_missing = (files: MissingFile[], { robot, obstacles }: CellDraft): MissingFile[] =>
+  files.filter(({ of }) => (of === null ? robot === "" : obstacles.some(({ id, shape, file }) => id === of && shape === "mesh" && file === "")));
+
 /** A cell file of another computer, as a form. */
 export interface CellFileSeen {
   draft: CellDraft;
   kept: string[];
-  /** Files that it names and that are not here. */
-  missing: string[];
+  missing: MissingFile[];
 }
 export function cell_file(name: string, value: unknown): CellFileSeen | null {
   const all = fields(value);
   const draft = draft_of(name.replace(/\.toml$/i, "").replace(/[^A-Za-z0-9_-]/g, "_").slice(0, 64) || "cell", all?.form);
-  return all && draft && { draft, kept: list(all.kept).map(words), missing: list(all.missing).map(words) };
+  if (!all || !draft) return null;
+  // In the daemon's order: the robot, then the meshes.
+  const without = [...(draft.robot === "" ? [null] : []), ...draft.obstacles.filter((one) => one.shape === "mesh").map((one) => one.id)];
+  return { draft, kept: list(all.kept).map(words), missing: list(all.missing).map((name, i) => ({ name: words(name), of: without[i] ?? null })) };
 }
 
 /** Axis angles in the format of a taught sphere; null: none were read. */

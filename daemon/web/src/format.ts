@@ -21,6 +21,8 @@ export interface Formats {
   /** Local time of day of an instant [ms since 1970]. */
   clock: (ms: number) => string;
   time: (iso: string) => string;
+  /** Name of the zone of these times. */
+  zone: string;
   /** Day of an instant, ISO 8601 or in seconds since 1970: "25 Nov", with the year where it is not the current one. */
   day: (instant: string | number) => string;
 }
@@ -72,6 +74,8 @@ export function formats(language: Language): Formats {
       const when = new Date(iso);
       return Number.isNaN(when.getTime()) ? NONE : TIME.format(when);
     },
+    // Not an offset, which changes within a year. It may be broken after its slashes.
+    zone: TIME.resolvedOptions().timeZone.replace(/\//g, "/\u200b"),
   };
 }
 

@@ -4,7 +4,7 @@
 import * as decode from "./decode";
 import { EMPTY, answered, silent, with_posture, with_status, with_touches, without_token, lacks_touches,
          type Model } from "./model";
-import { get } from "./request";
+import { get, NO_TOKEN } from "./request";
 import { EventReader, type ServerEvent } from "./sse";
 
 const ASK_EVERY_MS = 1500;
@@ -12,7 +12,6 @@ const LONGEST_ANSWER_MS = 3000;
 const AGAIN_MS = 1500;
 /** Without events the daemon sends a comment every 5 s: a stream that is silent for longer is none, though it may look open. */
 const LONGEST_SILENCE_MS = 12_000;
-const NO_TOKEN = 401;
 
 const pause = (ms: number) => new Promise((done) => setTimeout(done, ms));
 

@@ -41,11 +41,11 @@ export const post = (path: string, body: unknown = {}, longest_ms?: number) => r
 export const post_file = (path: string, file: Blob, longest_ms: number) => request("POST", path, file, longest_ms);
 export const is_good = (answer: Answer): boolean => answer.status >= 200 && answer.status < 300;
 
-export const SILENT = 0;
+export const SILENT = 0, NO_TOKEN = 401;
 const BUSY = 503;
 /** Why it was refused, in the daemon's words where it has some. */
-export const refusal = (answer: Answer, say: Say): string =>
-  answer.status === SILENT ? say("request.no-answer") : answer.words || say("request.refused", { status: answer.status });
+export const refusal = ({ status, words }: Answer, say: Say): string =>
+  status === SILENT ? say("request.no-answer") : status === NO_TOKEN ? say("login.first") : words || say("request.refused", { status });
 
 const TRIES = 5, AGAIN_MS = 2000, SLOWLY_MS = 10_000;
 /** It says nothing of what was asked for: asked again, and what was known before stays. */

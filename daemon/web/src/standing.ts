@@ -87,8 +87,9 @@ function of_chart(chart: DriftChart, version: Version | undefined, cell: string,
   if (state === "holds" && standing) {
     const by = standing.by_check ? "checked" : "unchecked";
     const age = age_words(now_s - standing.evidence_s, say);
+    const due = standing.due_s === null ? [] : [say("standing.due", { due: fmt.day(standing.due_s) })];
     const todo = chart.state === "warns" ? [say("standing.warns"), ...advised]
-      : [...in_order[now].map((key) => say(key)), ...(standing.due_s === null ? [] : [say("standing.due", { due: fmt.day(standing.due_s) })])];
+      : now === "calm" && due.length > 0 ? due : [...in_order[now].map((key) => say(key)), ...due];
     return { state, action: "check", more: todo,
              headline: standing.due_s === null ? say(`standing.emulated.${by}`, { good }) : say(`standing.holds.${by}`, { date, good, age }) };
   }

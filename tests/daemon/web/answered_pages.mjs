@@ -6,6 +6,7 @@ import { build } from "esbuild";
 import { readFileSync, writeFileSync } from "node:fs";
 import { catalogues } from "../catalogues.mjs";
 import { find_browser, launch, leave, LONG } from "./page_browser.mjs";
+import { calibrated } from "./page_calibrations.mjs";
 
 const browser = await launch(find_browser());
 const { outputFiles } = await build({
@@ -21,13 +22,13 @@ const FILES = Object.fromEntries(outputFiles.map(({ path, contents }) => {
 }));
 const html = (name) => ({ body: readFileSync(`src/${name}.html`, "utf8").replace(/\{\{(.*?)\}\}/g, (_, file) => `/page/${file}`), contentType: "text/html" });
 
-/** `answer`: of a URL; null: none. `begin`: run in the page before all else. */
+/** `answer`: of a URL and its request; null: none. `begin`: run in the page before all else. */
 async function open(name, viewport, answer, begin = () => {}) {
   const page = await (await browser.newContext({ locale: "de-DE", viewport })).newPage();
   await page.addInitScript(begin);
   await page.route("**/*", (route) => {
     const url = new URL(route.request().url());
-    return route.fulfill(url.pathname === "/" ? html(name) : FILES[url.pathname] ?? answer(url) ?? { status: 404, json: {} });
+    return route.fulfill(url.pathname === "/" ? html(name) : FILES[url.pathname] ?? answer(url, route.request()) ?? { status: 404, json: {} });
   });
   await page.goto("http://page.test/");
   return page;
@@ -53,8 +54,8 @@ async function says_that_a_cell_is_on_hold_until_it_is_released() {
   await leave(page);
 }
 
-/** Answers of a daemon that is idle, with `rows` sessions of a cell whose name has no space. */
-function idle_cell(rows) {
+/** Answers of a daemon that is idle, with `rows` sessions of a cell whose name has no space. `more`: other answers. */
+function idle_cell(rows, more = {}) {
   const cell = `/etc/cellcal/cells/${"Schweisszelle_links_hinten_".repeat(4)}.toml`;
   const step = (name) => ({ step: name, state: "todo", words: "", session: null });
   const row = (id) => ({ id, kind: "check", started: "2026-11-28T20:00:00Z", ended: "2026-11-28T20:01:00Z", state: "done", cell, touches: 8, planned: 8 });
@@ -64,6 +65,7 @@ function idle_cell(rows) {
     "/v1/sessions": Array.from({ length: rows }, (_, i) => row(rows - i)), "/v1/versions": [],
     "/v1/readiness": { cell, robot: "KUKA KR 16", spheres: 4, placed: 4, lengths: 0, next: "qualify", steps: ["doctor", "qualify", "calibration"].map(step) },
     "/v1/doctor": { running: false, ended: "2026-11-28T20:00:00Z", green: true, hint: "", checks: [{ check: "cell", outcome: "warning", found: cell, advice: "" }] },
+    ...more,
   };
   return ({ pathname }) => answers[pathname] && { json: answers[pathname] };
 }
@@ -73,6 +75,7 @@ async function keeps_long_names_and_the_focus_in_sight_on_a_telephone() {
   await page.locator("table.history").waitFor(LONG);
   await page.locator("[data-doctor=done]").waitFor(LONG);
   assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "wider than the telephone");
+  assert.ok(await page.locator("table.history").evaluate((table) => table.scrollWidth <= table.parentElement.clientWidth), "results cut off");
   assert.ok(await page.locator(".guide").evaluate((guide) =>
     guide.querySelector("summary .note").getBoundingClientRect().bottom <= guide.querySelector("details > .note").getBoundingClientRect().top + 1), "lines on each other");
   const focus = () => page.evaluate(() => {
@@ -110,6 +113,106 @@ async function keeps_long_names_and_the_focus_in_sight_on_a_telephone() {
   assert.equal(await page.locator("#abort").isVisible(), false);
   assert.equal(await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--ink")), "#16202b", "dark on paper");
   await leave(page);
+}
+
+const gone = (place) => place.waitFor({ ...LONG, state: "detached" });
+
+async function closes_the_start_of_a_session_for_good_when_another_one_begins() {
+  const status = { seq: 1, phase: "idle", session: 0, running: false, arm: { motion: "unknown", packet_age_s: null } };
+  const { drift, versions } = calibrated({});
+  const page = await open("index", { width: 1280, height: 800 }, idle_cell(1, { "/v1/status": status, "/v1/drift": { sessions: [], checks: drift }, "/v1/versions": versions }));
+  const dialog = page.locator("dialog"), line = page.locator(".standing");
+  for (const by of [page.locator(".begin").getByRole("button", { name: "Sitzung starten" }), line.getByRole("button", { name: "Jetzt prüfen" })]) {
+    await by.click(LONG);
+    await dialog.locator("select[name=kind]").selectOption("check");
+    Object.assign(status, { seq: status.seq + 1, session: status.session + 1, phase: "planning", running: true });
+    await page.locator('.standing[data-small="true"]').waitFor(LONG);
+    await gone(dialog);
+    Object.assign(status, { seq: status.seq + 1, phase: "idle", running: false });
+    await page.locator('.standing[data-small="false"]').waitFor(LONG);
+    await by.waitFor(LONG);
+    assert.equal(await dialog.count(), 0, "opened by itself");
+  }
+  await leave(page);
+}
+
+async function keeps_the_form_of_the_cell_while_nobody_is_signed_in_and_asks_before_it_is_dropped() {
+  const status = { seq: 1, phase: "idle", session: 0, running: false, arm: { motion: "unknown", packet_age_s: null } };
+  const form = { folder: "/s/cells", reads_position: false, robots: [{ name: "kr5_r1400", model: "KUKA KR 5" }], shown: null };
+  const idle = idle_cell(0, { "/v1/status": status, "/v1/cell-form": form });
+  let signed_in = true;
+  const page = await open("index", { width: 1280, height: 800 }, (url, request) => {
+    if (url.pathname === "/v1/login") signed_in = request.postDataJSON().token === "right";
+    const refused = !signed_in || (request.method() === "POST" && url.pathname === "/v1/cell-form");
+    return refused ? { status: signed_in ? 422 : 401, json: { error: "a token is needed" } } : url.pathname === "/v1/login" ? { json: {} } : idle(url);
+  });
+  await page.getByRole("button", { name: "Zelle hier eingeben oder ändern" }).click(LONG);
+  const dialog = page.locator("dialog"), xyz = dialog.getByLabel("TCP: X Y Z"), write = dialog.getByRole("button", { name: "Schreiben" });
+  await dialog.locator("[name=cell-robot]").selectOption("kr5_r1400");
+  await xyz.fill("59,9 50,5 410,3");
+  await dialog.getByLabel("TCP bekannt auf").fill("1");
+  for (const row of await dialog.locator("[data-sphere]").all()) {
+    await row.getByLabel("Durchmesser").fill("50");
+    await row.getByLabel("U (k = 2)").fill("0,002");
+    await row.getByLabel("X Y Z des Mittelpunkts").fill("900 0 400");
+  }
+  signed_in = false;
+  await write.click();
+  const sign_in = page.getByLabel("Token");
+  await sign_in.waitFor(LONG);
+  await write.click();
+  await dialog.getByText("Abgemeldet. Anmelden, dann noch einmal versuchen.").waitFor(LONG);
+  assert.equal(await page.getByText("a token is needed").count(), 0, "English in a German page");
+  await page.screenshot({ path: "screenshots/signed-out-form.png" });
+  assert.ok(await sign_in.evaluate((field) => {
+    const { left, top, width, height } = field.getBoundingClientRect();
+    return document.elementFromPoint(left + width / 2, top + height / 2) === field;
+  }), "the sign-in is out of reach");
+  await sign_in.fill("right");
+  await page.keyboard.press("Enter");
+  await gone(sign_in);
+  await gone(dialog.getByText("Abgemeldet."));
+  assert.equal(await xyz.inputValue(), "59,9 50,5 410,3");
+
+  const question = dialog.getByText("Verwerfen löscht die Eingaben."), reached = () => page.evaluate(() => document.activeElement.textContent);
+  await page.keyboard.press("Escape");
+  await question.waitFor(LONG);
+  assert.equal(await reached(), "Behalten");
+  await page.screenshot({ path: "screenshots/discard-form.png" });
+  await page.keyboard.press("Escape");
+  await gone(question);
+  await dialog.getByRole("button", { name: "Zurück", exact: true }).click();
+  await dialog.getByRole("button", { name: "Behalten" }).click();
+  assert.equal(await xyz.inputValue(), "59,9 50,5 410,3");
+  await page.keyboard.press("Escape");
+  await dialog.getByRole("button", { name: "Verwerfen" }).click();
+  await gone(dialog);
+  await page.getByRole("button", { name: "Zelle hier eingeben oder ändern" }).click();
+  await dialog.getByLabel("Name der Datei").waitFor(LONG);
+  await page.keyboard.press("Escape");
+  await gone(dialog); // nothing was entered
+  await leave(page);
+}
+
+async function names_the_cell_file_of_the_doctors_findings_where_it_is_not_the_one_shown() {
+  const of = (cell) => ({ cell, running: false, ended: "2026-11-28T20:00:00Z", green: true, hint: "", checks: [] });
+  const examined = [];
+  for (const [file, other] of [["/c/weld-2.toml", true], ["/c/demo.toml", false]]) {
+    const idle = idle_cell(0, { "/v1/doctor": of(file), "/v1/sessions": [{ id: 1, kind: "check", started: "", ended: "", state: "done", cell: "/c/demo.toml", touches: 8, planned: 8 }],
+                                "/v1/readiness": { cell: "", robot: "", spheres: 0, placed: 0, lengths: 0, next: null, steps: [] } });
+    const page = await open("index", { width: 1280, height: 800 }, (url, request) => {
+      if (request.method() === "POST" && url.pathname === "/v1/doctor") examined.push(request.postDataJSON().cell);
+      return idle(url);
+    });
+    const panel = page.locator("[data-doctor]");
+    await panel.getByText(file).waitFor(LONG);
+    assert.equal(await panel.getByText("Nicht von der Zelle, die diese Seite zeigt (demo).").count(), other ? 1 : 0);
+    await panel.screenshot({ path: `screenshots/doctor-${other ? "other" : "same"}.png` });
+    await panel.getByRole("button", { name: other ? "Diagnose für demo starten" : "Diagnose starten", exact: true }).click();
+    for (let k = 0; k < 50 && examined.length === 0; ++k) await page.waitForTimeout(100);
+    assert.deepEqual(examined.splice(0), ["/c/demo.toml"]);
+    await leave(page);
+  }
 }
 
 /** The drawn cell of `scene`, as PNG. */
@@ -194,6 +297,8 @@ async function shows_a_plant_in_german_on_a_telephone() {
 
 try {
   for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, keeps_long_names_and_the_focus_in_sight_on_a_telephone,
+                      closes_the_start_of_a_session_for_good_when_another_one_begins, keeps_the_form_of_the_cell_while_nobody_is_signed_in_and_asks_before_it_is_dropped,
+                      names_the_cell_file_of_the_doctors_findings_where_it_is_not_the_one_shown,
                       draws_a_hung_arm_on_the_floor_of_its_cell, names_the_spheres_distinguishably, writes_thousands_of_sessions_only_once,
                       is_shown_in_a_browser_without_a_locale, shows_a_plant_in_german_on_a_telephone]) {
     await step();

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
   cell_file, cell_forms, draft_of, EMPTY, form_answer, form_of, imported, length_drafts, name_within, new_obstacle, numbers_in, placed, places_wanted, refused_field,
-  sketch_of, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft,
+  sketch_of, sphere_drafts, still_missing, taught_angles, unit_seen, vouch, type CellDraft,
 } from "../src/cell_form";
 
 const DKD = { certificate: "DKD-1", date: "2026-04-01" };
@@ -99,9 +99,16 @@ test("places are proposed once all but the places is there, and put into the row
 test("a cell file of another computer becomes a draft with a name, what is kept and what is missing", () => {
   const made = form_of(DRAFT);
   assert.ok("form" in made);
-  const seen = cell_file("Zelle 3 (neu).toml", { form: made.form, kept: ["target plate"], missing: ["kr5_worn.toml"] });
-  assert.equal(seen?.draft.name, "Zelle_3__neu_");
-  assert.deepEqual([seen?.kept, seen?.missing], [["target plate"], ["kr5_worn.toml"]]);
+  const obstacles = ["fixture", "fence"].map((id) => ({ id, shape: "mesh", file: "", xyz_mm: [0, 0, 0] }));
+  const seen = cell_file("Zelle 3 (neu).toml", { form: { ...(made.form as object), robot: "", obstacles }, kept: ["target plate"], missing: ["kr5_worn.toml", "a.stl", "b.stl"] });
+  assert.ok(seen);
+  assert.deepEqual([seen.draft.name, seen.kept], ["Zelle_3__neu_", ["target plate"]]);
+  // Each is missing until it is chosen.
+  const missing = (change: Partial<CellDraft>) => still_missing(seen.missing, { ...seen.draft, ...change }).map((one) => one.name);
+  assert.deepEqual(missing({}), ["kr5_worn.toml", "a.stl", "b.stl"]);
+  assert.deepEqual(missing({ robot: "kr5_r1400" }), ["a.stl", "b.stl"]);
+  assert.deepEqual(missing({ obstacles: seen.draft.obstacles.map((one) => (one.id === "fence" ? { ...one, file: "/s/0a.mesh.stl" } : one)) }), ["kr5_worn.toml", "a.stl"]);
+  assert.deepEqual(missing({ robot: "kr5_r1400", obstacles: [] }), []);
   for (const value of [null, {}, { form: 3 }]) assert.equal(cell_file("a.toml", value), null);
 });
 

@@ -468,7 +468,7 @@ const steps = {
     const held = { calibrated: holds, good: u95, since: holds };
     await show(calibrated({}), idle);
     await answers(page, "holds", {
-      ...held, ...free, wrong: "standing.nothing", todo: seq("standing.nothing", said("standing.due", { due: /\d+\.? \w+\.?/ })) });
+      ...held, ...free, wrong: holds, todo: said("standing.due", { due: /\d+\.? \w+\.?/ }) });
     await abort_is(page, "small");
     await pictures(page, "holds", 6);
     // Another browser puts another calibration into use: seen within a minute.

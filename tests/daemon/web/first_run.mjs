@@ -168,7 +168,10 @@ const steps = {
     await form.getByText("Not shown here, kept in the file: target plate").waitFor(LONG);
     assert.equal(await form.getByLabel("Name of the file").inputValue(), "hall-3");
     assert.equal(await form.locator('[name="sphere-where"]').nth(1).inputValue(), "1060 380 330");
+    await form.locator('[name="cell-robot"]').selectOption("kr5_r1400");
+    await form.getByText(/Not on this computer, choose here: [^,]*\.mesh\.stl\.$/).waitFor(LONG);
     await page.keyboard.press("Escape");
+    await form.getByRole("button", { name: "Discard" }).click();
   },
 
   async "takes the linear unit of machine data into the cell, with the speed that they lack"() {
@@ -192,6 +195,7 @@ const steps = {
     await form.getByRole("button", { name: "Take it over" }).click();
     await form.getByText(/E1 carries the arm.* at 1500 mm\/s at most/).waitFor(LONG);
     await page.keyboard.press("Escape");
+    await form.getByRole("button", { name: "Discard" }).click();
   },
 
   async "leads through qualification, dry run and first session to the published calibration"() {

@@ -72,7 +72,7 @@ test("a token is not valid only where the daemon says so", () => {
   assert.equal(told(503, "too many requests"), "too many requests");
   assert.equal(told(403), "cellcald refused (HTTP 403).");
   assert.match(told(0), /^No answer from cellcald/);
-  assert.equal(refusal({ ...answer(401), words: "no token" }, say), "no token");
+  assert.equal(refusal({ ...answer(401), words: "a token is needed" }, speaker("de")), "Abgemeldet. Anmelden, dann noch einmal versuchen.");
 });
 
 test("an answer is not received after the end, and a request that waits is not sent", async () => {

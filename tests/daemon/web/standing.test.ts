@@ -35,21 +35,22 @@ const line = (chart: object | null, versions: object[] = [version()], language: 
   standing_line({ drift: decode.drift({ checks: chart }), versions: decode.versions(versions), readiness: null, now: "calm", cell: "/c/weld-3.toml", ...more },
                 NOW_S, speaker(language), formats(language));
 
-test("a calibration that holds says how good it is, since when, and when it is checked next", () => {
+test("a calibration that holds says how good it is, since when, and when it is to be checked", () => {
   const got = line(checks());
   assert.deepEqual([got.state, got.action], ["holds", "check"]);
   assert.equal(got.headline.replace(/\u00a0/g, " "), "Calibration of 25 Nov holds: TCP ±0.10 mm (95 %), checked 2 h ago");
-  assert.match(got.more.join(" "), /^Nothing to do\. Next check by 11\u00a0Dec\.$/);
+  assert.match(got.more.join(" "), /^Check once per shift\. Without one the state becomes unknown on 11\u00a0Dec\.$/);
   const unchecked = line(checks(standing({ by_check: false, evidence_s: CALIBRATED_S })));
   assert.match(unchecked.headline, /made 2 days ago, not checked since/);
   const german = line(checks(), [version({ scope: "near targets" })], "de");
+  assert.match(german.more.join(" "), /^Einmal je Schicht prüfen\. Sonst ist der Zustand ab 11\.\u00a0Dez\.? unbekannt\.$/);
   assert.match(german.headline.replace(/\u00a0/g, " "), /^Kalibrierung vom 25\. Nov\.? gilt: TCP ±0,10 mm \(95 %\) nahe den Kugeln, geprüft vor 2 Std\.$/);
 });
 
 test("nothing is to be done only while nothing runs, nothing has failed and the daemon answers", () => {
   const told = (now: Now, chart: Record<string, unknown> | null = checks()) => line(chart, chart ? [version()] : [], "en", { now }).more.join(" ");
-  assert.match(told("running"), /^Wait for the session\. Next check by 11\u00a0Dec\.$/);
-  for (const now of ["amiss", "lost"] as const) assert.match(told(now), /^Next check by 11\u00a0Dec\.$/);
+  assert.match(told("running"), /^Wait for the session\. Check once per shift\. Without one the state becomes unknown on 11\u00a0Dec\.$/);
+  for (const now of ["amiss", "lost"] as const) assert.match(told(now), /^Check once per shift\. Without one the state becomes unknown on 11\u00a0Dec\.$/);
   assert.equal(told("lost", null), "");
   const now = (more: Record<string, unknown>, old = false) => now_of(decode.status(status(more)), old);
   const ended = { running: false, phase: "done" };

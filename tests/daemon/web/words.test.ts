@@ -2,9 +2,10 @@ import assert from "node:assert/strict";
 import { readFileSync, readdirSync, realpathSync } from "node:fs";
 import { test } from "node:test";
 import { formats } from "../src/format";
-import { run_request } from "../src/ui/start";
+import { run_request, WHOLE } from "../src/ui/start";
 import * as api from "../generated/api";
 import { command_of } from "../src/ui/guide";
+import { tick_words } from "../src/ui/chart";
 import { zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
 import { words_of } from "./kr5";
@@ -81,7 +82,7 @@ test("only names and the field's own words are the same in both", () => {
 
 test("every catalogue holds what a person at a running robot needs", () => {
   assert.match(speaker("de")("phase.fast search", { touch: "Antastung 3" }), /^Antastung 3: schnelle Suche\.$/);
-  assert.match(speaker("de")("standing.due", { due: "11. Dez." }), /bis 11\. Dez\.$/, "one full stop");
+  assert.match(speaker("de")("standing.broken.since", { since: "11. Dez." }), /^Festgestellt 11\. Dez\. Vorher/, "one full stop");
   assert.match(speaker("en")("progress.touches", { n: 3, total: 9 }), /^3 of 9 touches$/);
 });
 
@@ -91,6 +92,25 @@ test("numbers have the language's decimal mark and always their unit", () => {
   assert.equal(formats("en").mm(null), "–");
   assert.equal(formats("en").duration(3725), "1\u00a0h 2\u00a0min");
   assert.equal(formats("en").time("not a time"), "–");
+});
+
+test("the ticks of a chart are days, and times where a day has several", () => {
+  const at = (day: number, hour: number, minute = 0, second = 0) => new Date(2026, 10, day, hour, minute, second).getTime() / 1000;
+  assert.deepEqual(tick_words([at(30, 14), at(30, 14, 30), at(30, 15)], "de"), ["14:00\n30. Nov. 26", "14:30", "15:00"]);
+  assert.deepEqual(tick_words([at(28, 0), at(28, 12), at(29, 0), at(29, 12)], "en"), ["00:00\nNov 28, 26", "12:00", "00:00\nNov 29, 26", "12:00"]);
+  assert.deepEqual(tick_words([at(30, 14), at(30, 14, 0, 20)], "en").at(-1), "14:00:20");
+  assert.deepEqual(tick_words([at(28, 0), at(29, 0)], "en"), ["Nov 28, 26", "Nov 29, 26"]);
+});
+
+test("a shift of the TCP is not written as its bound is", () => {
+  assert.equal(speaker("en")("outcome.shift", { shift: "0.015 ± 0.079 mm" }), "TCP shift 0.015 ± 0.079 mm (k=2)");
+  assert.match(speaker("de")("outcome.shift"), /^TCP-Verschiebung/);
+});
+
+test("a calibration has as many touches where it is started, in the guide and in its commands", () => {
+  assert.deepEqual(run_request({ ...WHOLE, cell: "/c/cell.toml" }), { cell: "/c/cell.toml", touches: 100, check: 10 });
+  for (const step of ["spheres", "dry-run", "calibration"] as const) assert.match(command_of(step, "/c/cell.toml"), / --touches 100 --check 10$/);
+  for (const language of Object.keys(CATALOGUES)) assert.match(speaker(language)("step.do.calibration"), /^100 /);
 });
 
 test("a wish becomes the request that the daemon takes", () => {

@@ -134,7 +134,7 @@ export function App() {
     <VoiceContext.Provider value={voice}><SituationContext.Provider value={situation(model, now)}>
       <Header model={model} cell={cell} robot={robot} now={now} choice={choice} choose={choose} speak={speak}
               sign_out={may_leave ? () => void sign_out() : null} />
-      {with_login ? <main><Login done={() => void live.ask()} /></main> : (
+      {with_login ? <main>{entered === null && <Login done={() => void live.ask()} />}</main> : (
         <main data-mood={status && !old ? mood(status) : "unknown"}>
           {status && (
             <Standing line={standing} cell={drift?.checks?.cell || file} may={may} small={status.running} old={age_ms(model, now)}
@@ -161,7 +161,7 @@ export function App() {
             <div class="column first">
               {status && <Accuracy touches={model.touches} status={status} old={old} />}
               <LinksPanel status={status} old={old} />
-              {doctor && <DoctorPanel doctor={doctor} cell={readiness?.cell ?? ""} may={may} begun={() => look_again(undefined)} />}
+              {doctor && <DoctorPanel doctor={doctor} cell={file} may={may} begun={() => look_again(undefined)} />}
               {figures?.result && <Residuals touches={figures.touches} found />}
             </div>
             {sessions && <History sessions={sessions} shown={shown} show={show} />}
@@ -172,7 +172,10 @@ export function App() {
           </div>}
         </main>
       )}
-      {entered !== null && <CellDialog cell={entered} close={() => enter(null)} done={() => { enter(null); look_again(undefined); }} />}
+      {entered !== null && (
+        <CellDialog cell={entered} sign_in={with_login ? <Login done={() => void live.ask()} /> : null}
+                    close={() => enter(null)} done={() => { enter(null); look_again(undefined); }} />
+      )}
       <footer class="note">
         {status?.version && `cellcald ${status.version} · `}<a href={LICENCES}>{say("licences")}</a>
       </footer>

@@ -1,10 +1,11 @@
 // Form for the cell's file: robot, tool, spheres and their certificate, obstacles; typed or from files. The daemon reads and writes
 // it; causes no motion.
 
-import { useEffect, useRef, useState } from "preact/hooks";
+import type { ComponentChildren, RefObject } from "preact";
+import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
   cell_file, cell_forms, EMPTY, form_answer, form_of, imported, length_drafts, name_within, new_length, new_obstacle, new_sphere, placed, places_wanted,
-  refused_field, robot_choice, sphere_drafts, taught_angles, unit_seen, vouch, type CellDraft, type CellForms, type Refused, type SphereDraft, type UnitSeen, type Wrong,
+  refused_field, robot_choice, sphere_drafts, still_missing, taught_angles, unit_seen, vouch, type CellDraft, type CellForms, type MissingFile, type Refused, type SphereDraft, type UnitSeen, type Wrong,
 } from "../cell_form";
 import { fields, number, words } from "../decode";
 import { asking, get, is_good, post, post_file, refusal, type Answer } from "../request";
@@ -20,10 +21,11 @@ const LARGEST_FILE = MEGABYTE, LARGEST_MESH = 8 * MEGABYTE;
 /** Places are computed within seconds, more on a busy computer. */
 const PLACES_MS = 120_000, UPLOAD_MS = 60_000;
 
-/** Forms created here, and the form of `cell` if it was created here. */
-function useForms(cell: string): { forms: CellForms | null; refused: Answer | null } {
+/** Forms created here, and the form of `cell` if it was created here; asked for once, while somebody is signed in. */
+function useForms(cell: string, signed_out: boolean): { forms: CellForms | null; refused: Answer | null } {
   const [seen, become] = useState<{ forms: CellForms | null; refused: Answer | null }>({ forms: null, refused: null });
   useEffect(() => {
+    if (signed_out || seen.forms) return undefined;
     const ask = async () => {
       const answer = await get("/v1/cell-form");
       const name = name_within(cell_forms(answer.value)?.folder ?? "", cell);
@@ -32,20 +34,24 @@ function useForms(cell: string): { forms: CellForms | null; refused: Answer | nu
       return form_answer(answer, await get(`/v1/cell-form?${asked}`));
     };
     return asking(ask, (answer) => become({ forms: is_good(answer) ? cell_forms(answer.value) : null, refused: is_good(answer) ? null : answer }));
-  }, [cell]);
+  }, [cell, signed_out]);
   return seen;
 }
 
-export function CellDialog({ cell, done, close }: { cell: string; done: () => void; close: () => void }) {
+/** `sign_in`: shown above the form, which keeps what is typed; null: signed in. */
+export function CellDialog({ cell, sign_in, done, close }: { cell: string; sign_in: ComponentChildren; done: () => void; close: () => void }) {
   const { say } = useVoice();
-  const { forms, refused } = useForms(cell);
-  const dialog = useDialog(close);
+  const signed_out = sign_in !== null;
+  const { forms, refused } = useForms(cell, signed_out);
+  const leave = useRef(close);
+  const dialog = useDialog(() => leave.current());
   return (
     <>
       <div class="veil" />
       <dialog ref={dialog} class="wide" aria-labelledby="cell-form-title">
+        {sign_in}
         {forms && (forms.shown === null || forms.shown.draft !== null)
-          ? <CellFields cell={cell} forms={forms} done={done} close={close} />
+          ? <CellFields cell={cell} forms={forms} signed_out={signed_out} done={done} close={close} leave={leave} />
           : (
             <form>
               <h2 id="cell-form-title">{say("cell.title")}</h2>
@@ -74,7 +80,7 @@ interface Basis {
   file: string;
   sha256: string;
   kept: string[];
-  missing: string[];
+  missing: MissingFile[];
   /** Of a file of another computer. */
   text: string;
 }
@@ -133,9 +139,16 @@ function wrong_words(wrong: Wrong, say: Say): string {
   return say("cell.wrong", { of: wrong.of || say(wrong.field === "floor" ? "cell.obstacles" : "cell.tool"), field: say(`cell.${wrong.field}` as Key), what: fault_words(wrong, say) });
 }
 
-function CellFields({ cell, forms, done, close }: { cell: string; forms: CellForms; done: () => void; close: () => void }) {
+/** `leave`: receives how Escape leaves the form. */
+function CellFields({ cell, forms, signed_out, done, close, leave }: {
+  cell: string; forms: CellForms; signed_out: boolean; done: () => void; close: () => void; leave: RefObject<() => void>;
+}) {
   const { say } = useVoice();
   const [draft, become] = useState<CellDraft>(forms.shown?.draft ?? EMPTY);
+  /** As opened. */
+  const opened = useRef(draft);
+  const [leaving, ask] = useState(false);
+  leave.current = () => (draft === opened.current ? close() : ask(!leaving));
   const [robots, set_robots] = useState(forms.robots);
   const [basis, set_basis] = useState<Basis>(() => basis_of(forms));
   const [busy, set_busy] = useState(false);
@@ -145,6 +158,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
   const [refused, set_refused] = useState<Refused | null>(null);
   const [unit, set_unit] = useState<{ robot: string; request: RobotFiles; seen: UnitSeen } | null>(null);
   useEffect(() => set_refused(null), [draft]);
+  useEffect(() => { if (!signed_out) set_said(""); }, [signed_out]);
   const before = useRef(draft);
   const form = useRef<HTMLFormElement>(null);
   const set = (change: Partial<CellDraft>) => become((now) => ({ ...now, ...change }));
@@ -207,10 +221,11 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     const cell_text = file ? await read.text_in(file) : "";
     const seen = file && cell_text !== "" ? cell_file(file.name, await read.asked("/v1/cell-form/read", { cell: cell_text })) : null;
     if (!seen) return;
-    become(seen.draft);
+    become(opened.current = seen.draft);
     set_basis({ ...NEW, kept: seen.kept, missing: seen.missing, text: cell_text });
     set_tried(false);
   };
+  const missing = still_missing(basis.missing, draft);
   const own_robot = draft.robot.startsWith("/") && robots.every((one) => one.name !== draft.robot);
   return (
     <FaultsContext.Provider value={[...(tried && "wrong" in made ? made.wrong : []), ...(refused ? [refused] : [])]}>
@@ -220,7 +235,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
       <p class="note">{say("cell.intro", { folder: forms.folder })}</p>
       {cell !== "" && !basis.own && basis.text === "" && <p>{say("cell.other", { file: cell })}</p>}
       <Files name="cell" label={say("cell.open")} accept=".toml" take={([file]) => void open_file(file)} />
-      {basis.missing.length > 0 && <p class="refused" role="status">{say("cell.missing", { what: basis.missing.join(", ") })}</p>}
+      {missing.length > 0 && <p class="refused" role="status">{say("cell.missing", { what: missing.map((one) => one.name).join(", ") })}</p>}
       <div class="pair">
         {text("name")}
         <RobotField draft={draft} choices={own_robot ? [{ name: draft.robot, model: "" }, ...robots] : robots} choose={(robot) => set({ robot })} />
@@ -283,12 +298,32 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
       {basis.kept.length > 0 && <p class="note">{say("cell.kept", { what: basis.kept.join(", ") })}</p>}
       {basis.own && <p class="note">{say("cell.before", { file: `${basis.file}.before` })}</p>}
       {said !== "" && <p class="refused" role="alert">{said}</p>}
-      <div class="buttons">
-        <button type="button" onClick={close}>{say("cancel")}</button>
-        <button type="submit" class="go" disabled={busy}>{say("cell.go")}</button>
-      </div>
+      {leaving ? <Leaving stay={() => ask(false)} close={close} /> : (
+        <div class="buttons">
+          <button type="button" onClick={() => leave.current?.()}>{say("cancel")}</button>
+          <button type="submit" class="go" disabled={busy}>{say("cell.go")}</button>
+        </div>
+      )}
     </form>
     </FaultsContext.Provider>
+  );
+}
+
+/** Not the browser's own question: that would block ABORT. */
+function Leaving({ stay, close }: { stay: () => void; close: () => void }) {
+  const { say } = useVoice();
+  const first = useRef<HTMLButtonElement>(null);
+  useLayoutEffect(() => {
+    const before = document.activeElement;
+    first.current?.focus();
+    return () => { if (before instanceof HTMLElement) before.focus(); };
+  }, []);
+  return (
+    <div class="buttons">
+      <strong role="alert">{say("cell.discard")}</strong>
+      <button type="button" onClick={close}>{say("cell.discard.yes")}</button>
+      <button ref={first} type="button" class="go" onClick={stay}>{say("cell.discard.no")}</button>
+    </div>
   );
 }
 

@@ -3,12 +3,13 @@
 import { useEffect, useState } from "preact/hooks";
 import { sketch_of, type CellDraft } from "../cell_form";
 import { fields, list, number, scene } from "../decode";
-import { asking, is_good, post } from "../request";
+import { asking, is_good, is_unanswered, NO_TOKEN, post, refusal } from "../request";
 import type { Scene } from "../types";
+import type { Say } from "../words";
 import { useCellView } from "./cell_view";
 import { useVoice } from "./context";
 
-const PAUSE_MS = 400;
+const PAUSE_MS = 400, SIGNED_OUT_MS = 2000;
 
 interface Drawn {
   scene: Scene;
@@ -21,7 +22,7 @@ function drawn_of(value: unknown): Drawn | null {
 }
 
 /** Asked for when the form has not changed for a moment. `refused`: why the form cannot be drawn; the picture is then the one before. */
-function useSketch(draft: CellDraft, from: string): { drawn: Drawn | null; refused: string } {
+function useSketch(draft: CellDraft, from: string, say: Say): { drawn: Drawn | null; refused: string } {
   const form = sketch_of(draft);
   const wanted = form === null ? "" : JSON.stringify({ form, ...(from === "" ? {} : { from }) });
   const [seen, become] = useState<{ drawn: Drawn | null; refused: string }>({ drawn: null, refused: "" });
@@ -31,7 +32,9 @@ function useSketch(draft: CellDraft, from: string): { drawn: Drawn | null; refus
       return undefined;
     }
     return asking(() => post("/v1/cell-form/scene", JSON.parse(wanted)), (answer) => {
-      become((now) => (is_good(answer) ? { drawn: drawn_of(answer.value), refused: "" } : { ...now, refused: answer.words }));
+      const unknown = is_unanswered(answer) || answer.status === NO_TOKEN;
+      become((now) => (is_good(answer) ? { drawn: drawn_of(answer.value), refused: "" } : { ...now, refused: unknown ? "" : refusal(answer, say) }));
+      return answer.status === NO_TOKEN ? SIGNED_OUT_MS : undefined;
     }, PAUSE_MS);
   }, [wanted]);
   return seen;
@@ -39,7 +42,7 @@ function useSketch(draft: CellDraft, from: string): { drawn: Drawn | null; refus
 
 export function CellSketch({ draft, from }: { draft: CellDraft; from: string }) {
   const { say, theme } = useVoice();
-  const { drawn, refused } = useSketch(draft, from);
+  const { drawn, refused } = useSketch(draft, from, say);
   const { box, view, cannot } = useCellView(drawn !== null);
   useEffect(() => {
     if (!view || !drawn) return;

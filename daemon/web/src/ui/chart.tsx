@@ -108,15 +108,23 @@ function draw_events(chart: uPlot, events: number[], colour: string): void {
   ctx.restore();
 }
 
+/** Days of ticks [s since 1970], with the month in letters, since 01/05/26 is ambiguous; where a day has several, their times. */
+export function tick_words(values: number[], language: string): string[] {
+  const day = new Intl.DateTimeFormat(language, { day: "numeric", month: "short", year: "2-digit" });
+  const apart_s = (values[1] ?? 0) - (values[0] ?? 0);
+  const time = new Intl.DateTimeFormat("sv-SE", { timeStyle: apart_s < 60 ? "medium" : "short" });
+  const days = values.map((value) => day.format(value * 1000));
+  if (new Set(days).size === days.length) return days;
+  return values.map((value, i) => time.format(value * 1000) + (i > 0 && days[i] === days[i - 1] ? "" : `\n${days[i]}`));
+}
+
 function options({ x_label, lines, time, from = 0, events = [], breaks = [] }: ChartProps, width: number, language: string): uPlot.Options {
   const ink = colour_of("ink-soft"), grid = colour_of("line");
   const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 },
                  font: "13px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif" };
   const number = new Intl.NumberFormat(language, { maximumSignificantDigits: 4 });
-  // The month in letters: 01/05/26 is ambiguous.
-  const day = new Intl.DateTimeFormat(language, { day: "numeric", month: "short", year: "2-digit" });
   const numbers = (_: uPlot, values: number[]) => values.map((value) => number.format(value));
-  const days = (_: uPlot, values: number[]) => values.map((value) => day.format(value * 1000));
+  const days = (_: uPlot, values: number[]) => tick_words(values, language);
   return {
     width, height: HEIGHT,
     scales: {
@@ -135,7 +143,7 @@ function options({ x_label, lines, time, from = 0, events = [], breaks = [] }: C
     cursor: { show: false },
     hooks: { draw: [(chart) => draw_events(chart, events, ink)] },
     axes: [
-      { ...axis, label: x_label, labelSize: 18, size: 32, incrs: time ? undefined : [1, 2, 5, 10, 20, 50, 100],
+      { ...axis, label: x_label, labelSize: 18, size: (_, words) => (words?.some((one) => one.includes("\n")) ? 50 : 32), incrs: time ? undefined : [1, 2, 5, 10, 20, 50, 100],
         values: time ? days : numbers, space: time ? 90 : 40 },
       { ...axis, size: 58, values: numbers },
     ],

@@ -124,12 +124,12 @@ export function Checks({ chart, controller }: { chart: DriftChart; controller: A
       {controller && <Acknowledged controller={controller} />}
       {points.length > 1 && (
         <div class="pair">
-          <Chart label={say("checks.label", { n: counted })} x={x} x_label={say("checks.date")} time
+          <Chart label={say("checks.label", { n: counted })} x={x} x_label={say("checks.date", { zone: fmt.zone })} time
                  y_label={say("checks.off")} lines={places} from={null} events={events} breaks={breaks} />
-          <Chart label={say("checks.label.limit", { n: counted })} x={x} x_label={say("checks.date")} time
+          <Chart label={say("checks.label.limit", { n: counted })} x={x} x_label={say("checks.date", { zone: fmt.zone })} time
                  y_label={say("checks.share")} lines={statistics} events={events} breaks={breaks} />
           {measured_warmth && (
-            <Chart label={say("checks.temperature")} x={x} x_label={say("checks.date")} time
+            <Chart label={say("checks.temperature")} x={x} x_label={say("checks.date", { zone: fmt.zone })} time
                    y_label={say("checks.temperature")} lines={warmth} from={null} events={events} />
           )}
         </div>

@@ -3,6 +3,7 @@
 import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
 import { asking, get, is_good, is_unanswered, post, refusal } from "../request";
+import { cell_name } from "../standing";
 import type { Doctor, Finding } from "../types";
 import { CATALOGUES, type Key, type Language, type Say } from "../words";
 import { useVoice } from "./context";
@@ -31,6 +32,7 @@ export async function examine(cell: string, say: Say): Promise<string> {
   return is_good(answer) ? "" : refusal(answer, say);
 }
 
+/** `cell`: file that the page shows; the findings may be of another one. */
 export function DoctorPanel({ doctor, cell, may, begun }: {
   doctor: Doctor; cell: string; may: boolean; begun: () => void;
 }) {
@@ -38,6 +40,7 @@ export function DoctorPanel({ doctor, cell, may, begun }: {
   const [refused, set_refused] = useState("");
   const worth = doctor.checks.filter((one) => one.outcome === "failed" || one.outcome === "warning");
   const others = doctor.checks.filter((one) => !worth.includes(one));
+  const of_another = doctor.cell !== "" && cell !== "" && doctor.cell !== cell;
   const look = async () => {
     set_refused(await examine(cell, say));
     begun();
@@ -45,6 +48,8 @@ export function DoctorPanel({ doctor, cell, may, begun }: {
   return (
     <section class="panel" aria-labelledby="doctor-title" data-doctor={doctor.running ? "running" : doctor.ended === "" ? "none" : "done"}>
       <h2 id="doctor-title">{say("doctor")}</h2>
+      {doctor.cell !== "" && <p class="note">{doctor.cell}</p>}
+      {of_another && <p class="refused"><span aria-hidden="true">▲ </span>{say("doctor.other", { cell: cell_name(cell) })}</p>}
       {doctor.running && <p role="status">{say("doctor.running")} {doctor.hint !== "" && <strong>{doctor.hint}</strong>}</p>}
       {!doctor.running && doctor.ended === "" && <p class="note">{say("doctor.none")}</p>}
       {!doctor.running && doctor.ended !== "" && (
@@ -62,7 +67,7 @@ export function DoctorPanel({ doctor, cell, may, begun }: {
       )}
       {refused !== "" && <p class="refused" role="alert">{refused}</p>}
       {may && cell !== "" && !doctor.running && (
-        <p class="files"><button type="button" class="small" onClick={() => void look()}>{say("doctor.look")}</button></p>
+        <p class="files"><button type="button" class="small" onClick={() => void look()}>{of_another ? say("doctor.look.cell", { cell: cell_name(cell) }) : say("doctor.look")}</button></p>
       )}
     </section>
   );

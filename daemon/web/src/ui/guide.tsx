@@ -13,6 +13,7 @@ const MARKS: Record<StepSeen["state"], string> = { done: "✔", wrong: "✖", to
 const FIRST: Partial<Wish> = { kind: "calibrate", touches: "8", check: "0" };
 /** The path of WHOLE, without touching. */
 const DRY: Partial<Wish> = { ...WHOLE, kind: "dry-run" };
+const AS_A_WHOLE = `--touches ${WHOLE.touches} --check ${WHOLE.check}`;
 /** Steps that are a session. */
 const WISHES = { qualify: { kind: "qualify" } as Partial<Wish>, "dry-run": DRY, first: FIRST, calibration: WHOLE };
 const is_session = (step: StepName): step is keyof typeof WISHES => step in WISHES;
@@ -20,13 +21,13 @@ const is_session = (step: StepName): step is keyof typeof WISHES => step in WISH
 export function command_of(step: StepName, cell: string): string {
   const file = cell === "" ? "/etc/cellcal/cell.toml" : shell_word(cell);
   switch (step) {
-    case "cell": return cell === "" ? `sudo cellcal new-cell -o ${file}` : `cellcal plan --cell ${file} --touches 50`;
-    case "robot": case "spheres": return `cellcal plan --cell ${file} --touches 50`;
+    case "cell": return cell === "" ? `sudo cellcal new-cell -o ${file}` : `cellcal plan --cell ${file} ${AS_A_WHOLE}`;
+    case "robot": case "spheres": return `cellcal plan --cell ${file} ${AS_A_WHOLE}`;
     case "doctor": return `cellcal doctor --cell ${file}`;
     case "qualify": return `cellcal qualify --cell ${file}`;
-    case "dry-run": return `cellcal dry-run --cell ${file} --touches ${DRY.touches} --check ${DRY.check}`;
+    case "dry-run": return `cellcal dry-run --cell ${file} ${AS_A_WHOLE}`;
     case "first": return `cellcal run --cell ${file} --touches ${FIRST.touches} --check ${FIRST.check}`;
-    case "calibration": return `cellcal run --cell ${file} --touches ${WHOLE.touches} --check ${WHOLE.check}`;
+    case "calibration": return `cellcal run --cell ${file} ${AS_A_WHOLE}`;
   }
 }
 

@@ -27,10 +27,10 @@ export const History = steady(function History({ sessions, shown, show }: {
     <section class="panel wide" aria-labelledby="history-title">
       <h2 id="history-title">{say("history")}</h2>
       {sessions.length === 0 ? <p class="note">{say("history.none")}</p> : (
-        <div class="scroll" tabIndex={0}><table class="history">
+        <div class="scroll" tabIndex={0}><table class="history sessions">
           <thead><tr>
             {(["session", "started", "state", "touches", "cell", "results"] as const).map((name) => (
-              <th scope="col" key={name} class={`column-${name}`}>{say(`history.${name}`)}</th>
+              <th scope="col" key={name} class={`column-${name}`}>{say(`history.${name}`, { zone: fmt.zone })}</th>
             ))}
           </tr></thead>
           <tbody>
@@ -43,7 +43,7 @@ export const History = steady(function History({ sessions, shown, show }: {
                 </td>
                 <td class="column-touches">{row.kind === "dry-run" ? "–" : row.touches + (row.planned > 0 ? `/${row.planned}` : "")}</td>
                 <td class="column-cell" title={row.cell}>{row.cell.split("/").pop()}</td>
-                <td>
+                <td class="column-results">
                   <button type="button" class="small" aria-expanded={row.id === shown}
                           aria-label={`${say("history.show")} ${row.id}`}
                           onClick={() => show(row.id === shown ? null : row.id)}>

@@ -1,11 +1,10 @@
 // Login: without a token the daemon reports nothing about the cell.
 
 import { useState } from "preact/hooks";
-import { is_good, post, refusal, type Answer } from "../request";
+import { is_good, NO_TOKEN, post, refusal, type Answer } from "../request";
 import type { Say } from "../words";
 import { useVoice } from "./context";
 
-const NO_TOKEN = 401;
 /** A daemon that is busy, or does not know the host, says nothing of the token. */
 export const login_refusal = (answer: Answer, say: Say): string => (answer.status === NO_TOKEN ? say("login.wrong") : refusal(answer, say));
 

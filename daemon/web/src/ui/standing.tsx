@@ -1,6 +1,6 @@
 // The page's first line: whether the calibration holds, with the session that is due.
 
-import { useState } from "preact/hooks";
+import { useEffect, useState } from "preact/hooks";
 import type { StandingLine } from "../standing";
 import { useVoice } from "./context";
 import { StartDialog, WHOLE, type Wish } from "./start";
@@ -21,6 +21,7 @@ export function Standing({ line, cell, may, small, old, started }: {
   const { say, fmt } = useVoice();
   const [open, become] = useState(false);
   const { action } = line;
+  useEffect(() => { if (small || !action) become(false); }, [small, action]);
   return (
     <section class="standing" aria-labelledby="standing-title" data-standing={line.state} data-small={small} data-old={old > 0}>
       <div>

@@ -1,7 +1,7 @@
 // Starting and resuming sessions. Both move the arm and require the confirmation that the cell is clear.
 
 import type { ComponentChildren } from "preact";
-import { useContext, useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useContext, useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import { begin, counts, type Clearance, type Start } from "../clearance";
 import { resumable } from "../sentence";
 import type { Kind, Role, Status } from "../types";
@@ -21,8 +21,7 @@ export interface Wish {
   find: boolean;
 }
 /** A full calibration. */
-export const WHOLE: Partial<Wish> = { kind: "calibrate", touches: "100", check: "10" };
-const USUAL: Wish = { kind: "calibrate", cell: "", touches: "50", check: "10", goal: "", load: "", find: false };
+export const WHOLE: Wish = { kind: "calibrate", cell: "", touches: "100", check: "10", goal: "", load: "", find: false };
 
 export function run_request(wish: Wish): Record<string, unknown> {
   const body = request_of_kind(wish);
@@ -48,6 +47,8 @@ export function StartButtons({ status, role, last_cell, second, started, sign_ou
 }) {
   const { say } = useVoice();
   const [open, become] = useState<"start" | "resume" | null>(null);
+  // A dialog that is only hidden would open again by itself, with another choice.
+  useEffect(() => { if (status.running) become(null); }, [status.running]);
   if (status.running) return null;
   if (role === "look")
     return (
@@ -85,7 +86,7 @@ export function StartDialog({ last_cell, preset, done, close }: {
   last_cell: string; preset?: Partial<Wish>; done: () => void; close: () => void;
 }) {
   const { say } = useVoice();
-  const [wish, become] = useState<Wish>({ ...USUAL, ...preset, cell: last_cell });
+  const [wish, become] = useState<Wish>({ ...WHOLE, ...preset, cell: last_cell });
   const field = (name: "cell" | "touches" | "check" | "goal" | "load", kind: "text" | "number") => (
     <label>
       {say(`start.${name}`)}

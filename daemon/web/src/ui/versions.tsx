@@ -32,7 +32,7 @@ export const Versions = steady(function Versions({ versions, may, changed }: { v
       <div class="scroll" tabIndex={0}><table class="history">
         <thead><tr>
           {(["session", "published", "predicted", "u95", "use"] as const).map((name) => (
-            <th scope="col" key={name}>{say(`versions.${name}`)}</th>
+            <th scope="col" key={name}>{say(`versions.${name}`, { zone: fmt.zone })}</th>
           ))}
         </tr></thead>
         <tbody>
