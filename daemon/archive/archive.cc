@@ -94,6 +94,135 @@ void check_file(const Archive& archive, const std::string& from, const json& fil
            "differs from the exported file: damaged or altered. Export the session again");
 }
 
+bool has_tool(const calib::Cell& cell, const std::string& id) {
+  return id.empty() || cell.tool.id == id ||
+         std::ranges::find(cell.other_tools, id, &calib::Tool::id) != cell.other_tools.end();
+}
+
+/// The cell of a session's row, where this version can read all of it. Throws std::runtime_error.
+calib::Cell read_session(const RowEntry& entry) {
+  SessionInputs inputs;
+  inputs.cell_name = text_of(entry, "cell_name");
+  inputs.cell_text = text_of(entry, "cell_text");
+  inputs.robot_name = text_of(entry, "robot_name");
+  inputs.robot_text = text_of(entry, "robot_text");
+  (void)options_from_json(text_of(entry, "options"));
+  if (const std::string calibration = text_of(entry, "calibration"); !calibration.empty())
+    (void)calib::calibration_from_json(calibration, "calibration");
+  return cell_of(inputs);
+}
+
+/// Throws std::runtime_error where the touch refers to an unknown target or tool, or to another arm.
+void validate_touch(const RowEntry& entry, const calib::Cell& cell) {
+  const std::string target = text_of(entry, "target"), tool = text_of(entry, "tool");
+  if (std::ranges::find(cell.targets, target, &calib::Target::id) == cell.targets.end())
+    throw std::runtime_error(fmt::format("target \"{}\" is not in the cell", printable(target)));
+  if (!has_tool(cell, tool))
+    throw std::runtime_error(fmt::format("tool \"{}\" is not in the cell", printable(tool)));
+  std::size_t turned = 0;
+  for (std::size_t i = 0; i < entry.names.size(); ++i) {
+    const auto* angles = std::get_if<Blob>(&entry.columns[i]);
+    if (angles == nullptr) continue;
+    const std::size_t count = angles->bytes.size() / sizeof(double);
+    if (entry.names[i] == "positioner_rad") turned = count;
+    if (entry.names[i] == "joint_rad" && count != cell.robot.joints.size())
+      throw std::runtime_error(fmt::format("joint_rad has {} angles, the robot {} joints", count,
+                                           cell.robot.joints.size()));
+  }
+  if (turned != cell.robot.positioner.size())
+    throw std::runtime_error(fmt::format("positioner_rad has {} angles, the positioner {} axes",
+                                         turned, cell.robot.positioner.size()));
+}
+
+void refuse_unreadable(const SessionRows& rows, const std::string& from) {
+  std::optional<calib::Cell> cell;
+  const auto visit_rows = [&](const std::string& table, const auto& visit) {
+    for (std::size_t i = 0; i < rows.entries.size(); ++i) try {
+        if (rows.entries[i].table == table && !rows.entries[i].names.empty())
+          visit(rows.entries[i]);
+      } catch (const std::runtime_error& unreadable) {
+        throw ArchiveError(
+            fmt::format("{}:{}: row {} of '{}': {}. No session has such a row: damaged or forged. "
+                        "Export the session again",
+                        from, i + 2, rows.entries[i].row, table, unreadable.what()));
+      }
+  };
+  visit_rows("session", [&](const RowEntry& entry) { cell = read_session(entry); });
+  if (cell) visit_rows("touch", [&](const RowEntry& entry) { validate_touch(entry, *cell); });
+}
+
+constexpr std::int64_t kDay = 86400;
+constexpr double kMegabyte = 1e6;
+
+class ReplayComparison {
+ public:
+  explicit ReplayComparison(Replay& result) : result_(result) {}
+
+  void walk(const json* recorded, const json* replayed, const std::string& where) {
+    const bool both = recorded != nullptr && replayed != nullptr;
+    if (both && recorded->is_object() && replayed->is_object()) {
+      std::set<std::string> keys;
+      for (const json* object : {recorded, replayed})
+        for (const auto& item : object->items()) keys.insert(item.key());
+      for (const std::string& key : keys)
+        walk(at(recorded, key), at(replayed, key), where + "/" + key);
+    } else if (both && recorded->is_array() && replayed->is_array()) {
+      for (std::size_t i = 0; i < std::max(recorded->size(), replayed->size()); ++i)
+        walk(at(recorded, i), at(replayed, i), where + "/" + std::to_string(i));
+    } else {
+      ++result_.values;
+      if (!both || recorded->dump() != replayed->dump()) differ(recorded, replayed, where);
+    }
+  }
+
+ private:
+  static const json* at(const json* object, const std::string& key) {
+    const auto found = object->find(key);
+    return found == object->end() ? nullptr : &*found;
+  }
+  static const json* at(const json* array, std::size_t index) {
+    return index < array->size() ? &(*array)[index] : nullptr;
+  }
+
+  void differ(const json* recorded, const json* replayed, const std::string& where) {
+    if (++result_.differing > 1) return;
+    Difference first{where,
+                     recorded != nullptr ? recorded->dump() : "",
+                     replayed != nullptr ? replayed->dump() : "",
+                     {}};
+    if (recorded != nullptr && replayed != nullptr && recorded->is_number() &&
+        replayed->is_number())
+      first.by = replayed->get<double>() - recorded->get<double>();
+    result_.first = std::move(first);
+  }
+
+  Replay& result_;
+};
+
+/// Removes the software version, which is not compared, and the checksum that covers it.
+std::string extract_software_version(json& calibration) {
+  std::string software;
+  calibration.erase("sum");
+  if (const auto inputs = calibration.find("inputs"); inputs != calibration.end()) {
+    software = inputs->value("software", "");
+    inputs->erase("software");
+  }
+  return software;
+}
+
+/// The same computation as in the session.
+calib::Calibration again(const SessionRecord& record, const std::vector<calib::Touch>& touches,
+                         const std::optional<Compared>& compared, const std::string& from) {
+  const SessionOptions options = options_from_json(record.inputs.options);
+  if (!options.update) return estimate(cell_of(record.inputs), record.inputs, touches, compared);
+  if (!compared)
+    throw ArchiveError(from + ": the calibration that this update is based on is missing");
+  // Spheres not found are no result; the recorded session states them.
+  const auto recorded = calib::calibration_from_json(record.calibration, from);
+  return estimate_update(record.inputs, touches, *compared, options.months,
+                         recorded.update ? recorded.update->not_found : std::vector<std::string>{});
+}
+
 }  // namespace
 
 Archive make_archive(Journal& journal, std::int64_t session, const fs::path& results_dir) {
@@ -192,67 +321,6 @@ void write_archive(const Archive& archive, const fs::path& directory) {
   }
 }
 
-namespace {
-
-bool has_tool(const calib::Cell& cell, const std::string& id) {
-  return id.empty() || cell.tool.id == id ||
-         std::ranges::find(cell.other_tools, id, &calib::Tool::id) != cell.other_tools.end();
-}
-
-/// The cell of a session's row, where this version can read all of it. Throws std::runtime_error.
-calib::Cell read_session(const RowEntry& entry) {
-  SessionInputs inputs;
-  inputs.cell_name = text_of(entry, "cell_name");
-  inputs.cell_text = text_of(entry, "cell_text");
-  inputs.robot_name = text_of(entry, "robot_name");
-  inputs.robot_text = text_of(entry, "robot_text");
-  (void)options_from_json(text_of(entry, "options"));
-  if (const std::string calibration = text_of(entry, "calibration"); !calibration.empty())
-    (void)calib::calibration_from_json(calibration, "calibration");
-  return cell_of(inputs);
-}
-
-/// Throws std::runtime_error where the touch refers to an unknown target or tool, or to another arm.
-void validate_touch(const RowEntry& entry, const calib::Cell& cell) {
-  const std::string target = text_of(entry, "target"), tool = text_of(entry, "tool");
-  if (std::ranges::find(cell.targets, target, &calib::Target::id) == cell.targets.end())
-    throw std::runtime_error(fmt::format("target \"{}\" is not in the cell", printable(target)));
-  if (!has_tool(cell, tool))
-    throw std::runtime_error(fmt::format("tool \"{}\" is not in the cell", printable(tool)));
-  std::size_t turned = 0;
-  for (std::size_t i = 0; i < entry.names.size(); ++i) {
-    const auto* angles = std::get_if<Blob>(&entry.columns[i]);
-    if (angles == nullptr) continue;
-    const std::size_t count = angles->bytes.size() / sizeof(double);
-    if (entry.names[i] == "positioner_rad") turned = count;
-    if (entry.names[i] == "joint_rad" && count != cell.robot.joints.size())
-      throw std::runtime_error(fmt::format("joint_rad has {} angles, the robot {} joints", count,
-                                           cell.robot.joints.size()));
-  }
-  if (turned != cell.robot.positioner.size())
-    throw std::runtime_error(fmt::format("positioner_rad has {} angles, the positioner {} axes",
-                                         turned, cell.robot.positioner.size()));
-}
-
-void refuse_unreadable(const SessionRows& rows, const std::string& from) {
-  std::optional<calib::Cell> cell;
-  const auto visit_rows = [&](const std::string& table, const auto& visit) {
-    for (std::size_t i = 0; i < rows.entries.size(); ++i) try {
-        if (rows.entries[i].table == table && !rows.entries[i].names.empty())
-          visit(rows.entries[i]);
-      } catch (const std::runtime_error& unreadable) {
-        throw ArchiveError(
-            fmt::format("{}:{}: row {} of '{}': {}. No session has such a row: damaged or forged. "
-                        "Export the session again",
-                        from, i + 2, rows.entries[i].row, table, unreadable.what()));
-      }
-  };
-  visit_rows("session", [&](const RowEntry& entry) { cell = read_session(entry); });
-  if (cell) visit_rows("touch", [&](const RowEntry& entry) { validate_touch(entry, *cell); });
-}
-
-}  // namespace
-
 Imported import_archive(Journal& journal, const Archive& archive, const std::string& from,
                         const std::function<fs::path(std::int64_t)>& results_dir) {
   check_archive(archive, from);
@@ -297,13 +365,6 @@ ScratchDirectory::~ScratchDirectory() {
   std::filesystem::remove_all(path_, ignored);
 }
 
-namespace {
-
-constexpr std::int64_t kDay = 86400;
-constexpr double kMegabyte = 1e6;
-
-}  // namespace
-
 RetentionLimits limits_of(const RetentionRule& rule, std::int64_t now) {
   RetentionLimits limits;
   if (rule.days) {
@@ -314,79 +375,6 @@ RetentionLimits limits_of(const RetentionRule& rule, std::int64_t now) {
   if (rule.megabytes) limits.bytes = std::llround(*rule.megabytes * kMegabyte);
   return limits;
 }
-
-namespace {
-
-class ReplayComparison {
- public:
-  explicit ReplayComparison(Replay& result) : result_(result) {}
-
-  void walk(const json* recorded, const json* replayed, const std::string& where) {
-    const bool both = recorded != nullptr && replayed != nullptr;
-    if (both && recorded->is_object() && replayed->is_object()) {
-      std::set<std::string> keys;
-      for (const json* object : {recorded, replayed})
-        for (const auto& item : object->items()) keys.insert(item.key());
-      for (const std::string& key : keys)
-        walk(at(recorded, key), at(replayed, key), where + "/" + key);
-    } else if (both && recorded->is_array() && replayed->is_array()) {
-      for (std::size_t i = 0; i < std::max(recorded->size(), replayed->size()); ++i)
-        walk(at(recorded, i), at(replayed, i), where + "/" + std::to_string(i));
-    } else {
-      ++result_.values;
-      if (!both || recorded->dump() != replayed->dump()) differ(recorded, replayed, where);
-    }
-  }
-
- private:
-  static const json* at(const json* object, const std::string& key) {
-    const auto found = object->find(key);
-    return found == object->end() ? nullptr : &*found;
-  }
-  static const json* at(const json* array, std::size_t index) {
-    return index < array->size() ? &(*array)[index] : nullptr;
-  }
-
-  void differ(const json* recorded, const json* replayed, const std::string& where) {
-    if (++result_.differing > 1) return;
-    Difference first{where,
-                     recorded != nullptr ? recorded->dump() : "",
-                     replayed != nullptr ? replayed->dump() : "",
-                     {}};
-    if (recorded != nullptr && replayed != nullptr && recorded->is_number() &&
-        replayed->is_number())
-      first.by = replayed->get<double>() - recorded->get<double>();
-    result_.first = std::move(first);
-  }
-
-  Replay& result_;
-};
-
-/// Removes the software version, which is not compared, and the checksum that covers it.
-std::string extract_software_version(json& calibration) {
-  std::string software;
-  calibration.erase("sum");
-  if (const auto inputs = calibration.find("inputs"); inputs != calibration.end()) {
-    software = inputs->value("software", "");
-    inputs->erase("software");
-  }
-  return software;
-}
-
-/// The same computation as in the session.
-calib::Calibration again(const SessionRecord& record, const std::vector<calib::Touch>& touches,
-                         const std::optional<Compared>& compared, const std::string& from) {
-  const SessionOptions options = options_from_json(record.inputs.options);
-  if (!options.update) return estimate(cell_of(record.inputs), record.inputs, touches, compared);
-  if (!compared)
-    throw ArchiveError(from + ": the calibration that this update is based on is missing");
-  // Spheres not found are no result; the recorded session states them.
-  const auto recorded = calib::calibration_from_json(record.calibration, from);
-  return estimate_update(record.inputs, touches, *compared, options.months,
-                         recorded.update ? recorded.update->not_found : std::vector<std::string>{});
-}
-
-}  // namespace
 
 Replay compare(const std::string& recorded_text, const std::string& replayed_text) {
   json recorded = json::parse(recorded_text), replayed = json::parse(replayed_text);

@@ -48,8 +48,7 @@ calib::JointVector clear_start(const calib::Cell& cell, calib::JointVector start
   if (!cell.robot.positioner.empty()) return start;
   const calib::ArmModel arm = calib::planning_arm(cell);
   const calib::Clearance clearance(cell, arm);
-  return clearance.clear(start, calib::kTipMarginM) ? start
-                                                    : calib::resting_posture(cell.robot, clearance);
+  return clearance.clear(start) ? start : calib::resting_posture(cell.robot, clearance);
 } catch (const calib::PlanError&) {
   return start;  // the session's plan names it
 }

@@ -322,29 +322,6 @@ std::vector<double> joints_of(const JsonReader& reader) {
   return joints;
 }
 
-}  // namespace
-
-nlohmann::json to_json(const std::vector<SphereForm>& spheres) {
-  return few(fields::object(sphere_fields()), kMostSpheres).to(spheres);
-}
-
-nlohmann::json to_json(const std::vector<LengthForm>& lengths) {
-  return few(fields::object(length_fields()), kMostLengths).to(lengths);
-}
-
-nlohmann::json to_json(const CellForm& form) {
-  nlohmann::json json{
-      {"robot", form.robot.reference},
-      {"tool", fields::to_json(tool_fields(), form.tool)},
-      {"spheres", to_json(form.spheres)},
-      {"lengths", to_json(form.lengths)},
-      {"obstacles", few(fields::object(obstacle_fields()), kMostObstacles).to(form.obstacles)}};
-  if (form.floor_mm) json["floor_mm"] = *form.floor_mm;
-  return json;
-}
-
-namespace {
-
 /// Their mesh files are stored in the cell file's folder or taken from the previous form.
 std::vector<ObstacleForm> obstacles_in(const JsonReader& reader,
                                        const std::filesystem::path& cell_file,
@@ -366,7 +343,53 @@ std::vector<ObstacleForm> obstacles_in(const JsonReader& reader,
   return all;
 }
 
+/// All but the robot; files of meshes as they are named. Throws what the conversion throws.
+CellForm content_of(const nlohmann::json& file, const std::string& name) {
+  CellForm form;
+  nlohmann::json spheres = nlohmann::json::array(), lengths = nlohmann::json::array();
+  for (nlohmann::json target : file.value("target", nlohmann::json::array())) {
+    if (target.value("kind", "") != "sphere") continue;  // cell_text.h
+    // Defaults of the file reader, which differ from those of a new form.
+    target.emplace("diameter_sigma_mm", 0.0);
+    if (target.contains("centre_mm")) target.emplace("centre_sigma_mm", 0.0);
+    if (target.contains("search_low_mm"))
+      target["box_mm"] = {target.at("search_low_mm"), target.at("search_high_mm")};
+    spheres.push_back(std::move(target));
+  }
+  for (nlohmann::json length : file.value("length", nlohmann::json::array())) {
+    length["from"] = length.at("between").at(0);
+    length["to"] = length.at("between").at(1);
+    lengths.push_back(std::move(length));
+  }
+  fields::from_json(tool_fields(), JsonReader(file.at("tool"), name), form.tool);
+  form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from({spheres, name});
+  form.lengths = few(fields::object(length_fields()), kMostLengths).from({lengths, name});
+  const nlohmann::json obstacles = file.value("obstacle", nlohmann::json::array());
+  form.obstacles = few(fields::object(obstacle_fields()), kMostObstacles).from({obstacles, name});
+  if (file.contains("floor_mm")) form.floor_mm = file.at("floor_mm").get<double>();
+  return form;
+}
+
 }  // namespace
+
+nlohmann::json to_json(const std::vector<SphereForm>& spheres) {
+  return few(fields::object(sphere_fields()), kMostSpheres).to(spheres);
+}
+
+nlohmann::json to_json(const std::vector<LengthForm>& lengths) {
+  return few(fields::object(length_fields()), kMostLengths).to(lengths);
+}
+
+nlohmann::json to_json(const CellForm& form) {
+  nlohmann::json json{
+      {"robot", form.robot.reference},
+      {"tool", fields::to_json(tool_fields(), form.tool)},
+      {"spheres", to_json(form.spheres)},
+      {"lengths", to_json(form.lengths)},
+      {"obstacles", few(fields::object(obstacle_fields()), kMostObstacles).to(form.obstacles)}};
+  if (form.floor_mm) json["floor_mm"] = *form.floor_mm;
+  return json;
+}
 
 CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file,
                         const CellForm* before) {
@@ -400,37 +423,6 @@ CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path&
   if (reader.has("floor_mm")) form.floor_mm = reader.at("floor_mm").number();
   return form;
 }
-
-namespace {
-
-/// All but the robot; files of meshes as they are named. Throws what the conversion throws.
-CellForm content_of(const nlohmann::json& file, const std::string& name) {
-  CellForm form;
-  nlohmann::json spheres = nlohmann::json::array(), lengths = nlohmann::json::array();
-  for (nlohmann::json target : file.value("target", nlohmann::json::array())) {
-    if (target.value("kind", "") != "sphere") continue;  // cell_text.h
-    // Defaults of the file reader, which differ from those of a new form.
-    target.emplace("diameter_sigma_mm", 0.0);
-    if (target.contains("centre_mm")) target.emplace("centre_sigma_mm", 0.0);
-    if (target.contains("search_low_mm"))
-      target["box_mm"] = {target.at("search_low_mm"), target.at("search_high_mm")};
-    spheres.push_back(std::move(target));
-  }
-  for (nlohmann::json length : file.value("length", nlohmann::json::array())) {
-    length["from"] = length.at("between").at(0);
-    length["to"] = length.at("between").at(1);
-    lengths.push_back(std::move(length));
-  }
-  fields::from_json(tool_fields(), JsonReader(file.at("tool"), name), form.tool);
-  form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from({spheres, name});
-  form.lengths = few(fields::object(length_fields()), kMostLengths).from({lengths, name});
-  const nlohmann::json obstacles = file.value("obstacle", nlohmann::json::array());
-  form.obstacles = few(fields::object(obstacle_fields()), kMostObstacles).from({obstacles, name});
-  if (file.contains("floor_mm")) form.floor_mm = file.at("floor_mm").get<double>();
-  return form;
-}
-
-}  // namespace
 
 std::optional<CellForm> form_in(const std::string& text, const std::filesystem::path& cell_file) {
   const auto file = calib::toml_to_json(text);

@@ -239,35 +239,6 @@ constexpr const char* kTouch = R"(
 [touch]
 )";
 
-}  // namespace
-
-std::string cell_text(const CellForm& form) {
-  std::string text = head(form) + tool_text(form.tool);
-  if (!form.notes.empty()) text += "\n";
-  for (const std::string& note : form.notes) text += "# " + note + "\n";
-  for (const SphereForm& sphere : form.spheres) text += sphere_text(sphere);
-  for (const LengthForm& length : form.lengths) text += length_text(length);
-  if (form.lengths.empty()) text += kNoLengths;
-  for (const ObstacleForm& obstacle : form.obstacles) text += obstacle_text(obstacle);
-  text += kTouch;
-  text += line("sigma_mm = 0.03", "1 sigma of one touch");
-  text += line("radius_offset_sigma_mm = 0.3", "1 sigma of the offset of the effective radius");
-  text += line("#delay_ms = 0.0", "contact to latched angles");
-  text += line("#delay_sigma_ms = 0.2", "1 sigma of it; with [eki] stop = \"flag\" 5");
-  text += "# turn_sigma_deg = 0.01: 1 sigma of a tracker's turns, where there is one.\n";
-  return text + kRest;
-}
-
-std::vector<std::pair<std::string, std::string>> tool_keys(const ToolForm& tool) {
-  std::vector<std::pair<std::string, std::string>> keys = {{"xyz_mm", triple(tool.xyz_mm)},
-                                                           {"abc_deg", triple(tool.abc_deg)}};
-  if (tool.mass_kg) keys.emplace_back("mass_kg", toml_number(*tool.mass_kg));
-  if (tool.com_mm) keys.emplace_back("com_mm", triple(*tool.com_mm));
-  return keys;
-}
-
-namespace {
-
 /// Lines with their ends.
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -291,40 +262,6 @@ std::string with_value(const std::string& old, const std::string& setting) {
   if (comment == std::string::npos) return setting + end;
   return fmt::format("{:<37} {}", setting, std::string_view(old).substr(comment));
 }
-
-}  // namespace
-
-std::string with_tool(const std::string& text, const std::string& name, const ToolForm& tool) {
-  std::vector<std::string> lines = lines_of(text);
-  const auto head = std::ranges::find_if(
-      lines, [](const std::string& one) { return calib::trimmed(one).starts_with("[tool]"); });
-  if (head == lines.end())
-    throw calib::FileError(name,
-                           ": no [tool] table, or several tools ([[tool]]). Set the tool by hand");
-  auto end = std::find_if(head + 1, lines.end(), [](const std::string& one) {
-    return calib::trimmed(one).starts_with('[');
-  });
-  std::string added;
-  for (const auto& [key, value] : tool_keys(tool)) {
-    const auto at =
-        std::find_if(head + 1, end, [&](const std::string& one) { return sets(one, key); });
-    const std::string setting = key + " = " + value;
-    if (at == end)
-      added += setting + (head->ends_with("\r\n") ? "\r\n" : "\n");
-    else if (at->find('[') != std::string::npos && at->find(']') == std::string::npos)
-      throw calib::FileError(name, fmt::format(":{}: {} goes over several lines. Put it on one",
-                                               at - lines.begin() + 1, key));
-    else
-      *at = with_value(*at, setting);
-  }
-  if (!head->ends_with('\n')) *head += "\n";
-  *head += added;
-  std::string all;
-  for (const std::string& one : lines) all += one;
-  return all;
-}
-
-namespace {
 
 using nlohmann::json;
 
@@ -422,24 +359,6 @@ json merged(const CellForm& form, const std::string& before_text, std::vector<st
   return now;
 }
 
-}  // namespace
-
-std::vector<std::string> beyond(const CellForm& form, const std::string& text) {
-  std::vector<std::string> kept;
-  (void)merged(form, text, kept);
-  return kept;
-}
-
-std::string cell_text_with(const CellForm& form, const std::string& before) {
-  std::vector<std::string> kept;
-  const json now = merged(form, before, kept);
-  if (kept.empty()) return cell_text(form);
-  return "# Written by the form on the page, which keeps what it does not show.\n" +
-         calib::json_to_toml(now);
-}
-
-namespace {
-
 constexpr std::size_t kMostRows = 1000, kMostBytes = 1u << 20;
 
 int needed(const calib::CsvTable& table, const char* column, const std::string& name) {
@@ -508,6 +427,75 @@ void refuse_micrometres(const calib::CsvTable& table, const char* column, double
 }
 
 }  // namespace
+
+std::string cell_text(const CellForm& form) {
+  std::string text = head(form) + tool_text(form.tool);
+  if (!form.notes.empty()) text += "\n";
+  for (const std::string& note : form.notes) text += "# " + note + "\n";
+  for (const SphereForm& sphere : form.spheres) text += sphere_text(sphere);
+  for (const LengthForm& length : form.lengths) text += length_text(length);
+  if (form.lengths.empty()) text += kNoLengths;
+  for (const ObstacleForm& obstacle : form.obstacles) text += obstacle_text(obstacle);
+  text += kTouch;
+  text += line("sigma_mm = 0.03", "1 sigma of one touch");
+  text += line("radius_offset_sigma_mm = 0.3", "1 sigma of the offset of the effective radius");
+  text += line("#delay_ms = 0.0", "contact to latched angles");
+  text += line("#delay_sigma_ms = 0.2", "1 sigma of it; with [eki] stop = \"flag\" 5");
+  text += "# turn_sigma_deg = 0.01: 1 sigma of a tracker's turns, where there is one.\n";
+  return text + kRest;
+}
+
+std::vector<std::pair<std::string, std::string>> tool_keys(const ToolForm& tool) {
+  std::vector<std::pair<std::string, std::string>> keys = {{"xyz_mm", triple(tool.xyz_mm)},
+                                                           {"abc_deg", triple(tool.abc_deg)}};
+  if (tool.mass_kg) keys.emplace_back("mass_kg", toml_number(*tool.mass_kg));
+  if (tool.com_mm) keys.emplace_back("com_mm", triple(*tool.com_mm));
+  return keys;
+}
+
+std::string with_tool(const std::string& text, const std::string& name, const ToolForm& tool) {
+  std::vector<std::string> lines = lines_of(text);
+  const auto head = std::ranges::find_if(
+      lines, [](const std::string& one) { return calib::trimmed(one).starts_with("[tool]"); });
+  if (head == lines.end())
+    throw calib::FileError(name,
+                           ": no [tool] table, or several tools ([[tool]]). Set the tool by hand");
+  auto end = std::find_if(head + 1, lines.end(), [](const std::string& one) {
+    return calib::trimmed(one).starts_with('[');
+  });
+  std::string added;
+  for (const auto& [key, value] : tool_keys(tool)) {
+    const auto at =
+        std::find_if(head + 1, end, [&](const std::string& one) { return sets(one, key); });
+    const std::string setting = key + " = " + value;
+    if (at == end)
+      added += setting + (head->ends_with("\r\n") ? "\r\n" : "\n");
+    else if (at->find('[') != std::string::npos && at->find(']') == std::string::npos)
+      throw calib::FileError(name, fmt::format(":{}: {} goes over several lines. Put it on one",
+                                               at - lines.begin() + 1, key));
+    else
+      *at = with_value(*at, setting);
+  }
+  if (!head->ends_with('\n')) *head += "\n";
+  *head += added;
+  std::string all;
+  for (const std::string& one : lines) all += one;
+  return all;
+}
+
+std::vector<std::string> beyond(const CellForm& form, const std::string& text) {
+  std::vector<std::string> kept;
+  (void)merged(form, text, kept);
+  return kept;
+}
+
+std::string cell_text_with(const CellForm& form, const std::string& before) {
+  std::vector<std::string> kept;
+  const json now = merged(form, before, kept);
+  if (kept.empty()) return cell_text(form);
+  return "# Written by the form on the page, which keeps what it does not show.\n" +
+         calib::json_to_toml(now);
+}
 
 std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& file) {
   if (is_xml(csv)) return of_file(spheres_in_dcc(csv, file), file);

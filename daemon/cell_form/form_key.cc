@@ -61,6 +61,7 @@ FaultyField field_of(calib::CellFaultKind kind) {
        {kToolInMetres, {Place::kTool, "xyz_mm"}},
        {kDiameterInMetres, {Place::kSphere, "diameter_mm"}},
        {kUnusualDiameter, {Place::kSphere, "diameter_mm"}},
+       {kRoughCentre, {Place::kSphere, "centre_sigma_mm"}},
        {kMeshInMetres, {Place::kObstacle, "file"}},
        {kTouchSigma, {}},
        {kCertifiedSigma, {Place::kLength, "sigma_mm"}},

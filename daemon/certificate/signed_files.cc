@@ -172,27 +172,6 @@ void refuse_others(const fs::path& directory, Kind kind, const Sums& sums) {
                         "verify single files");
 }
 
-}  // namespace
-
-void sign_files(const fs::path& directory, const std::vector<std::string>& names,
-                Statement statement, const PrivateKey& key, Kind kind) {
-  statement.key = key.fingerprint();
-  Sums sums{std::move(statement), {}};
-  for (const std::string& name : names)
-    sums.files.emplace_back(name, calib::sha256(calib::read_file(directory / name)));
-  const std::string text = text_of(sums);
-  write_atomically(directory / names_of(kind).signature, key.sign(text));
-  write_atomically(directory / names_of(kind).sums, text);
-}
-
-bool has_signature(const fs::path& directory, Kind kind) {
-  std::error_code code;
-  return fs::exists(directory / names_of(kind).sums, code) ||
-         fs::exists(directory / names_of(kind).signature, code);
-}
-
-namespace {
-
 /// Throws calib::FileError for a missing file.
 fs::path folder_of(const fs::path& file) {
   std::error_code code;
@@ -200,40 +179,6 @@ fs::path folder_of(const fs::path& file) {
   (void)calib::read_file(file);
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
-
-}  // namespace
-
-void refuse_unsigned(const fs::path& file) {
-  const fs::path directory = folder_of(file);
-  if (!has_signature(directory, Kind::kExport)) (void)read_or_refuse(directory / kSums);
-}
-
-Verified verify_files(const fs::path& file, const PublicKey& key, std::optional<Kind> asked) {
-  std::error_code code;
-  const bool whole = fs::is_directory(file, code);
-  const fs::path directory = folder_of(file);
-  const bool of_export =
-      !has_signature(directory, Kind::kCertificate) && has_signature(directory, Kind::kExport);
-  const Kind kind = asked.value_or(of_export ? Kind::kExport : Kind::kCertificate);
-  const Sums sums = signed_sums(directory, kind, key);
-  Verified verified{kind, sums.statement, {}};
-  if (!whole) {
-    verified.files.push_back(verify_one(file, sums));
-    return verified;
-  }
-  for (const auto& [name, sum] : sums.files) {
-    const fs::path one = directory / name;
-    if (!fs::exists(one, code))
-      throw NotVerified(Why::kMissingFile,
-                        one.string() + ": was signed, and is missing. Ask the issuer for it");
-    verify_listed(one, sum);
-    verified.files.push_back(name);
-  }
-  refuse_others(directory, kind, sums);
-  return verified;
-}
-
-namespace {
 
 /// Well above the size of any PEM key.
 constexpr std::size_t kMostKeyBytes = 16384;
@@ -344,6 +289,53 @@ const unsigned char* bytes(std::string_view text) {
 }
 
 }  // namespace
+
+void sign_files(const fs::path& directory, const std::vector<std::string>& names,
+                Statement statement, const PrivateKey& key, Kind kind) {
+  statement.key = key.fingerprint();
+  Sums sums{std::move(statement), {}};
+  for (const std::string& name : names)
+    sums.files.emplace_back(name, calib::sha256(calib::read_file(directory / name)));
+  const std::string text = text_of(sums);
+  write_atomically(directory / names_of(kind).signature, key.sign(text));
+  write_atomically(directory / names_of(kind).sums, text);
+}
+
+bool has_signature(const fs::path& directory, Kind kind) {
+  std::error_code code;
+  return fs::exists(directory / names_of(kind).sums, code) ||
+         fs::exists(directory / names_of(kind).signature, code);
+}
+
+void refuse_unsigned(const fs::path& file) {
+  const fs::path directory = folder_of(file);
+  if (!has_signature(directory, Kind::kExport)) (void)read_or_refuse(directory / kSums);
+}
+
+Verified verify_files(const fs::path& file, const PublicKey& key, std::optional<Kind> asked) {
+  std::error_code code;
+  const bool whole = fs::is_directory(file, code);
+  const fs::path directory = folder_of(file);
+  const bool of_export =
+      !has_signature(directory, Kind::kCertificate) && has_signature(directory, Kind::kExport);
+  const Kind kind = asked.value_or(of_export ? Kind::kExport : Kind::kCertificate);
+  const Sums sums = signed_sums(directory, kind, key);
+  Verified verified{kind, sums.statement, {}};
+  if (!whole) {
+    verified.files.push_back(verify_one(file, sums));
+    return verified;
+  }
+  for (const auto& [name, sum] : sums.files) {
+    const fs::path one = directory / name;
+    if (!fs::exists(one, code))
+      throw NotVerified(Why::kMissingFile,
+                        one.string() + ": was signed, and is missing. Ask the issuer for it");
+    verify_listed(one, sum);
+    verified.files.push_back(name);
+  }
+  refuse_others(directory, kind, sums);
+  return verified;
+}
 
 fs::path public_part(const fs::path& key) { return fs::path(key) += ".pub"; }
 

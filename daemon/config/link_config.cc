@@ -42,16 +42,15 @@ template <class... T>
                              fmt::format(words, std::forward<T>(values)...));
 }
 
-/// A positioner's axes follow those of an arm of six, and its linear unit's, in the robot file's order and by
-/// the controller's names.
-void check_positioner(const calib::Robot& robot) {
+/// The controller moves an arm of six axes, perhaps on a linear unit, and the axes of a positioner after them, in the robot
+/// file's order and by the controller's names.
+void check_axes(const calib::Robot& robot) {
   std::size_t number = robot.first_turning();
-  if (!robot.positioner.empty() && robot.joints.size() != drivers::kArmAxes + number)
-    refuse(
-        robot,
-        "{} joints beside a [[positioner]], whose E1 follows A6. State six, behind a linear unit if "
-        "there is one",
-        robot.joints.size());
+  if (robot.joints.size() != drivers::kArmAxes + number)
+    refuse(robot,
+           "{} joints, and KUKA's controllers move arms of six, behind a linear unit if there is one. "
+           "Choose the robot file of the arm; others: 'cellcal identify'",
+           robot.joints.size());
   for (const calib::PositionerAxis& axis : robot.positioner) {
     const std::string name = "E" + std::to_string(++number);
     if (axis.name != name)
@@ -65,7 +64,7 @@ void check_positioner(const calib::Robot& robot) {
 
 /// Limits of the joints, followed by those of the positioner's axes.
 std::vector<drivers::AxisLimit> axis_limits(const DaemonConfig& config, const calib::Cell& cell) {
-  check_positioner(cell.robot);
+  check_axes(cell.robot);
   std::vector<drivers::AxisLimit> limits;
   for (const calib::Joint& joint : cell.robot.joints) {
     if (!(joint.max_speed_rad_s > 0.0))
@@ -146,7 +145,7 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
 }
 
 drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell) {
-  check_positioner(cell.robot);
+  check_axes(cell.robot);
   drivers::RsiFilesConfig files = config.rsi_files;
   files.external = external_ranges(cell.robot);
   files.external_axes = std::max(files.external_axes, static_cast<int>(files.external.size()));
@@ -163,7 +162,7 @@ drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell&
   const std::size_t axes = 6 + static_cast<std::size_t>(config.controller.external_axes);
   const std::size_t joints = cell.robot.joints.size(), turning = cell.robot.positioner.size();
   // External axes without a joint hold still.
-  if (joints < 6 + cell.robot.first_turning() || joints + turning > axes)
+  if (joints + turning > axes)
     refuse(cell.robot,
            "{} joints{}; the controller's EKI channel has {} axes (six, and [controller] "
            "external_axes, of which a linear unit is E1)",

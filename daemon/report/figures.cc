@@ -143,53 +143,6 @@ std::string truth_block(const View& view) {
       say("say.report.truth"), paragraph("", say("say.report.truth.note")), rows);
 }
 
-}  // namespace
-
-std::string figures_table(const View& view) {
-  const calib::Calibration& result = view.result;
-  const std::string before = say(result.update ? "say.report.figures.before.update"
-                                               : "say.report.figures.before"),
-                    after = say("say.report.figures.after");
-  Table table({"say.report.figures.residual", "say.report.col.touches", "say.report.col.mean",
-               "say.report.col.max", "rms"},
-              "figures");
-  table.group(say("say.report.figures.fitted"));
-  add_row(before, result.before, "", table);
-  add_row(after, result.after, "", table);
-  table.group(say("say.report.figures.check"));
-  add_row(before, result.check_before, "", table);
-  add_row(after, result.check, "strong", table);
-  std::string body = "<div class=\"beside\">\n" + table.html() + "<div>\n";
-  body += paragraph("note", say({result.update       ? "say.report.figures.note.update"
-                                 : view.outliers > 0 ? "say.report.figures.note.outliers"
-                                                     : "say.report.figures.note",
-                                 {{"residual", residual_words(view)}}}));
-  body += paragraph("note", noise_words(view));
-  if (result.check.count <= 0 && !result.update)
-    body += paragraph("note", say("say.report.figures.no_check"));
-  return section("figures", "say.report.figures", body + "</div>\n</div>\n");
-}
-
-std::string meaning(const View& view) {
-  const std::size_t lengths = view.touched_lengths();
-  const calib::ScaleBy by = view.result.verdict.scale();
-  const std::string scale = by == calib::ScaleBy::kReadings
-                                ? say("say.report.meaning.scale.readings")
-                            : by == calib::ScaleBy::kNothing || lengths == 0
-                                ? say("say.report.meaning.no_scale")
-                                : counted(lengths, "say.report.meaning.scale.");
-  return section("meaning", "say.report.meaning",
-                 tiles(view) +
-                     paragraph("", say({view.points_only() ? "say.report.meaning.points"
-                                                           : "say.report.meaning.lines",
-                                        {{"scale", scale}}})) +
-                     predicted_words(view) + truth_block(view));
-}
-
-// Whitened residuals compared with the normal distribution, to verify the assumed scatter of a touch.
-
-namespace {
-
 using svg::Anchor, svg::Point, svg::Svg;
 
 constexpr double kHistogramWidth = 540.0;
@@ -317,6 +270,49 @@ std::string left_out(const Counts& counts, const Shape& shape) {
 }
 
 }  // namespace
+
+std::string figures_table(const View& view) {
+  const calib::Calibration& result = view.result;
+  const std::string before = say(result.update ? "say.report.figures.before.update"
+                                               : "say.report.figures.before"),
+                    after = say("say.report.figures.after");
+  Table table({"say.report.figures.residual", "say.report.col.touches", "say.report.col.mean",
+               "say.report.col.max", "rms"},
+              "figures");
+  table.group(say("say.report.figures.fitted"));
+  add_row(before, result.before, "", table);
+  add_row(after, result.after, "", table);
+  table.group(say("say.report.figures.check"));
+  add_row(before, result.check_before, "", table);
+  add_row(after, result.check, "strong", table);
+  std::string body = "<div class=\"beside\">\n" + table.html() + "<div>\n";
+  body += paragraph("note", say({result.update       ? "say.report.figures.note.update"
+                                 : view.outliers > 0 ? "say.report.figures.note.outliers"
+                                                     : "say.report.figures.note",
+                                 {{"residual", residual_words(view)}}}));
+  body += paragraph("note", noise_words(view));
+  if (result.check.count <= 0 && !result.update)
+    body += paragraph("note", say("say.report.figures.no_check"));
+  return section("figures", "say.report.figures", body + "</div>\n</div>\n");
+}
+
+std::string meaning(const View& view) {
+  const std::size_t lengths = view.touched_lengths();
+  const calib::ScaleBy by = view.result.verdict.scale();
+  const std::string scale = by == calib::ScaleBy::kReadings
+                                ? say("say.report.meaning.scale.readings")
+                            : by == calib::ScaleBy::kNothing || lengths == 0
+                                ? say("say.report.meaning.no_scale")
+                                : counted(lengths, "say.report.meaning.scale.");
+  return section("meaning", "say.report.meaning",
+                 tiles(view) +
+                     paragraph("", say({view.points_only() ? "say.report.meaning.points"
+                                                           : "say.report.meaning.lines",
+                                        {{"scale", scale}}})) +
+                     predicted_words(view) + truth_block(view));
+}
+
+// Whitened residuals compared with the normal distribution, to verify the assumed scatter of a touch.
 
 std::string residual_histogram(const View& view) {
   const Shape& shape = view.points_only() ? kInSpace : kAlongALine;

@@ -282,28 +282,6 @@ std::string function_charts(const View& view) {
       paragraph("note", say("say.report.functions.note")), charts);
 }
 
-}  // namespace
-
-std::string parameters_table(const View& view) {
-  const std::vector<Group> groups = group_by_owner(view, false);
-  const std::vector<Group> waves = group_by_owner(view, true);
-  if (groups.empty() && waves.empty()) {
-    return section("parameters", "say.report.parameters",
-                   paragraph("", say("say.report.parameters.none")));
-  }
-  const Ranges ranges = bar_ranges(groups);
-  std::string body = paragraph(
-      "note", say("say.report.parameters.note") + joint_range_words(ranges) + unstated_words(view));
-  if (!groups.empty()) body += table_of(view, groups, ranges);
-  body += positioner_table(view) + linear_unit_table(view);
-  return section("parameters", "say.report.parameters",
-                 body + waves_table(view, waves) + function_charts(view));
-}
-
-// Selected model, method, and how clearly the touches favour it over the others.
-
-namespace {
-
 constexpr int kEvidenceDecimals = 1;  // 0.1 is odds of eleven to ten: insignificant
 constexpr std::size_t kMostLevels = 6;
 constexpr double kLeastShareOfModel = 0.005;
@@ -353,6 +331,24 @@ std::string levels_table(const calib::Calibration& result) {
 }
 
 }  // namespace
+
+std::string parameters_table(const View& view) {
+  const std::vector<Group> groups = group_by_owner(view, false);
+  const std::vector<Group> waves = group_by_owner(view, true);
+  if (groups.empty() && waves.empty()) {
+    return section("parameters", "say.report.parameters",
+                   paragraph("", say("say.report.parameters.none")));
+  }
+  const Ranges ranges = bar_ranges(groups);
+  std::string body = paragraph(
+      "note", say("say.report.parameters.note") + joint_range_words(ranges) + unstated_words(view));
+  if (!groups.empty()) body += table_of(view, groups, ranges);
+  body += positioner_table(view) + linear_unit_table(view);
+  return section("parameters", "say.report.parameters",
+                 body + waves_table(view, waves) + function_charts(view));
+}
+
+// Selected model, method, and how clearly the touches favour it over the others.
 
 std::string method_words(std::string_view method) {
   return say_if("say.report.method.", std::string(method), escape(method));

@@ -141,38 +141,6 @@ std::string span_head(int columns, const char* id) {
                      say(id));
 }
 
-}  // namespace
-
-std::string targets_table(const View& view) {
-  if (view.result.targets.empty())
-    return section("targets", "say.report.targets", paragraph("", say("say.report.targets.none")));
-  Table table({"say.report.col.target",
-               {"say.report.col.kind", "word"},
-               "x",
-               "y",
-               "z",
-               "say.report.targets.col.found",
-               "say.report.targets.col.less_nominal",
-               "say.report.col.touches",
-               "say.report.col.mean",
-               "rms"},
-              "",
-              "<th></th><th></th>" + span_head(3, "say.report.targets.col.centre") +
-                  span_head(2, "say.report.targets.col.radius") +
-                  span_head(3, "say.report.targets.col.residual"));
-  for (const calib::TargetResult& target : view.result.targets) add_row(view, target, table);
-  const std::string body = table.html() +
-                           paragraph("note", say(view.any_point() ? "say.report.targets.note.points"
-                                                                  : "say.report.targets.note")) +
-                           stands_note(view) + carried_note(view) + lengths_table(view);
-  return section("targets", "say.report.targets", body);
-}
-
-// Contact directions of each sphere: one Lambert equal-area disc per target, in top view. With equal areas,
-// an empty part of the disc is an equally large untouched part of the sphere.
-
-namespace {
-
 using svg::Anchor, svg::Point, svg::Svg;
 
 constexpr double kSide = 232.0;
@@ -235,6 +203,34 @@ std::string disc(const View& view, const std::string& id) {
 }
 
 }  // namespace
+
+std::string targets_table(const View& view) {
+  if (view.result.targets.empty())
+    return section("targets", "say.report.targets", paragraph("", say("say.report.targets.none")));
+  Table table({"say.report.col.target",
+               {"say.report.col.kind", "word"},
+               "x",
+               "y",
+               "z",
+               "say.report.targets.col.found",
+               "say.report.targets.col.less_nominal",
+               "say.report.col.touches",
+               "say.report.col.mean",
+               "rms"},
+              "",
+              "<th></th><th></th>" + span_head(3, "say.report.targets.col.centre") +
+                  span_head(2, "say.report.targets.col.radius") +
+                  span_head(3, "say.report.targets.col.residual"));
+  for (const calib::TargetResult& target : view.result.targets) add_row(view, target, table);
+  const std::string body = table.html() +
+                           paragraph("note", say(view.any_point() ? "say.report.targets.note.points"
+                                                                  : "say.report.targets.note")) +
+                           stands_note(view) + carried_note(view) + lengths_table(view);
+  return section("targets", "say.report.targets", body);
+}
+
+// Contact directions of each sphere: one Lambert equal-area disc per target, in top view. With equal areas,
+// an empty part of the disc is an equally large untouched part of the sphere.
 
 std::string sphere_maps(const View& view) {
   std::string discs;

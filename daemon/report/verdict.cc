@@ -124,41 +124,6 @@ std::string accuracy_sentence(const View& view) {
                            {"u", mm_words(result.nominal_workspace_u_m)}}});
 }
 
-}  // namespace
-
-std::string verdict_banner(const View& view) {
-  const calib::Verdict& verdict = view.result.verdict;
-  const Reasons reasons = sorted_reasons(verdict);
-  std::string words =
-      list(is_as_it_should_be(view) ? "say.report.shown" : "say.report.why_not", reasons.against);
-  if (!verdict.publish() && reasons.against.empty()) {
-    words = paragraph("because", say("say.report.no_reason"));
-  }
-  words += list(verdict.publish() ? "say.report.before_use" : "say.report.other_findings",
-                reasons.other);
-  if (!verdict.publish() && !reasons.scope.empty()) {
-    words +=
-        paragraph("besides", say({"say.report.scale", {{"words", escape(say(reasons.scope))}}}));
-  }
-  return fmt::format(
-      "<div id=\"verdict\" class=\"verdict {}\">\n<span class=\"glyph\" aria-hidden=\"true\">{}"
-      "</span>\n<div>\n<p class=\"headline\">{}</p>\n<p class=\"scope\">{}</p>\n{}</div>\n</div>\n",
-      verdict.publish()          ? "yes"
-      : is_as_it_should_be(view) ? "few"
-                                 : "no",
-      verdict.publish() || is_as_it_should_be(view) ? "&#10003;" : "&#10005;", say(headline(view)),
-      scope_words(view, reasons), words);
-}
-
-std::string summary(const View& view) {
-  return fmt::format("<p class=\"lead\">{} {} {}</p>\n", escape(data_sentence(view)),
-                     escape(residual_sentence(view)), escape(accuracy_sentence(view)));
-}
-
-// Directions that the touches do not determine, rejected touches, and correlated parameters.
-
-namespace {
-
 constexpr std::size_t kMostPairs = 20;
 constexpr std::size_t kMostShares = 6;  // of one direction; the remaining ones are small
 constexpr double kLeastShare = 0.05;
@@ -214,6 +179,37 @@ std::string observability_words(const calib::Observability& o) {
 }
 
 }  // namespace
+
+std::string verdict_banner(const View& view) {
+  const calib::Verdict& verdict = view.result.verdict;
+  const Reasons reasons = sorted_reasons(verdict);
+  std::string words =
+      list(is_as_it_should_be(view) ? "say.report.shown" : "say.report.why_not", reasons.against);
+  if (!verdict.publish() && reasons.against.empty()) {
+    words = paragraph("because", say("say.report.no_reason"));
+  }
+  words += list(verdict.publish() ? "say.report.before_use" : "say.report.other_findings",
+                reasons.other);
+  if (!verdict.publish() && !reasons.scope.empty()) {
+    words +=
+        paragraph("besides", say({"say.report.scale", {{"words", escape(say(reasons.scope))}}}));
+  }
+  return fmt::format(
+      "<div id=\"verdict\" class=\"verdict {}\">\n<span class=\"glyph\" aria-hidden=\"true\">{}"
+      "</span>\n<div>\n<p class=\"headline\">{}</p>\n<p class=\"scope\">{}</p>\n{}</div>\n</div>\n",
+      verdict.publish()          ? "yes"
+      : is_as_it_should_be(view) ? "few"
+                                 : "no",
+      verdict.publish() || is_as_it_should_be(view) ? "&#10003;" : "&#10005;", say(headline(view)),
+      scope_words(view, reasons), words);
+}
+
+std::string summary(const View& view) {
+  return fmt::format("<p class=\"lead\">{} {} {}</p>\n", escape(data_sentence(view)),
+                     escape(residual_sentence(view)), escape(accuracy_sentence(view)));
+}
+
+// Directions that the touches do not determine, rejected touches, and correlated parameters.
 
 std::string unidentifiable(const View& view) {
   constexpr const char* kHeading = "say.report.unidentifiable";

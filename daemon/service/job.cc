@@ -29,9 +29,9 @@ namespace cellcal::daemon {
 namespace {
 
 /// Cell checks made before anything is opened, planned or moved.
-std::vector<calib::Phrase> examine_cell(const calib::Cell& cell) {
+std::vector<calib::Phrase> examine_cell(const calib::Cell& cell, bool by_centres) {
   try {
-    std::vector<calib::Phrase> warnings = calib::refuse_faulty(cell);
+    std::vector<calib::Phrase> warnings = calib::refuse_faulty(cell, by_centres);
     for (const calib::Phrase& warning : warnings) spdlog::warn("{}", words(warning));
     return warnings;
   } catch (const calib::PlanError& wrong) {
@@ -143,7 +143,10 @@ void check_goal_value(const RunRequest& request, const Job& job) {
 
 /// Checks of a new session, before anything is opened, planned or moved.
 void check_new_session(const RunRequest& request, Job& job) {
-  job.warnings = examine_cell(job.cell);
+  const SessionOptions& options = job.options;
+  // A calibration knows the centres better, a search first finds them.
+  const bool by_centres = !options.find && !options.update && options.kind != SessionKind::kCheck;
+  job.warnings = examine_cell(job.cell, by_centres);
   if (request.goal_mm)
     if (const auto fault = calib::fault_of(job.cell, job.options.goal))
       job.warnings.push_back(phrase(*fault));

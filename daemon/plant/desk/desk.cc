@@ -40,6 +40,143 @@ LineStatus silent(const std::string& since) {
           since, 0};
 }
 
+/// Below the keep-alive limit of a broker, above the time to compose a large calibration on a slow computer.
+constexpr std::chrono::seconds kMost{30};
+
+/// Body of the answer. Throws SocketError.
+std::string asked(const std::filesystem::path& socket, const char* method,
+                  const std::string& target, const std::string& body = "") {
+  Response answer = http_request(socket, method, target, body, kMost);
+  if (answer.status == 200) return std::move(answer.body);
+  const auto words = calib::parse_json(answer.body);
+  throw OutboxError(words.is_object() && words.contains("error") && words["error"].is_string()
+                        ? words["error"].get<std::string>()
+                        : fmt::format("cellcald answered {}", answer.status));
+}
+
+template <class Read>
+auto read_as(Read read) try {
+  return read();
+} catch (const SocketError& away) {
+  throw OutboxError(away.what());
+} catch (const calib::FileError& other) {
+  throw OutboxError(std::string(other.what()) +
+                    ". Check that cellcald and cellcal-plant are of the same version");
+}
+
+namespace fields = calib::fields;
+using fields::field, fields::Json;
+using sparkplug::DataType, sparkplug::Metric;
+
+/// Text of a line's status.
+constexpr std::size_t kLongestWords = 4096;
+constexpr std::size_t kLargest = std::size_t{1} << 20;
+
+fields::Value<std::filesystem::path> path() {
+  return {[](const std::filesystem::path& one) { return one.string(); },
+          [](const calib::JsonReader& reader) {
+            return std::filesystem::path(line(kLongestWords).from(reader));
+          }};
+}
+
+const fields::Table<PlantConfig> kPlantFields{
+    field("plant", &PlantConfig::plant, name()),
+    field("cell", &PlantConfig::cell, name()),
+    field("host", &PlantConfig::host, line(kLongestWords)),
+    field("port", &PlantConfig::port, fields::whole<std::uint16_t>()),
+    field("tls", &PlantConfig::tls, fields::flag()),
+    field("ca", &PlantConfig::ca, path()),
+    field("certificate", &PlantConfig::certificate, path()),
+    field("key", &PlantConfig::key, path()),
+    field("user", &PlantConfig::user, line()),
+    field("password_file", &PlantConfig::password_file, path()),
+    field("sparkplug", &PlantConfig::sparkplug, fields::flag())};
+
+/// The type selects the value; null: unknown.
+fields::Value<Metric> metric() {
+  return {[](const Metric& one) {
+            Json json{{"name", one.name}, {"type", static_cast<std::uint32_t>(one.type)}};
+            std::visit(
+                [&](const auto& value) {
+                  if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::monostate>)
+                    json["value"] = nullptr;
+                  else
+                    json["value"] = value;
+                },
+                one.value);
+            return json;
+          },
+          [](const calib::JsonReader& reader) {
+            Metric one{line().from(reader.at("name")),
+                       static_cast<DataType>(reader.at("type").whole()),
+                       {}};
+            const calib::JsonReader at = reader.at("value");
+            const nlohmann::json& value = reader.object()["value"];
+            if (value.is_null()) return one;
+            switch (one.type) {
+              case DataType::kInt64:
+              case DataType::kDateTime:
+                if (!value.is_number_integer()) at.fail("must be a whole number");
+                one.value = value.get<std::int64_t>();
+                return one;
+              case DataType::kDouble: one.value = at.number(); return one;
+              case DataType::kBoolean: one.value = at.flag(); return one;
+              case DataType::kString: one.value = at.text(); return one;
+            }
+            reader.at("type").fail("is none");
+          }};
+}
+
+const fields::Table<LineStatus> kLineFields{
+    field("connected", &LineStatus::connected, fields::flag()),
+    field("problem", &LineStatus::problem, fields::named<LineProblem, '-'>()),
+    field("words", &LineStatus::words, bounded(kLongestWords)),
+    field("since", &LineStatus::since, line()),
+    field("acknowledged", &LineStatus::acknowledged, count<std::uint64_t>())};
+
+const fields::Table<LinesStatus> kLinesFields{
+    field("facts", &LinesStatus::facts, fields::object(kLineFields)),
+    maybe("sparkplug", &LinesStatus::sparkplug, fields::object(kLineFields)),
+    field("restarts", &LinesStatus::restarts, count<std::uint64_t>())};
+
+const fields::Table<Orders> kOrdersFields{
+    field("daemon", &Orders::daemon, line()),
+    maybe("plant", &Orders::plant, fields::object(kPlantFields)),
+    field("mock", &Orders::mock, fields::flag()),
+    field("metrics", &Orders::metrics, fields::list(metric()))};
+
+const fields::Table<WaitingCount> kCountFields{
+    field("source", &WaitingCount::source, line()),
+    field("newest", &WaitingCount::newest, count<std::int64_t>()),
+    field("rows", &WaitingCount::rows, count<std::int64_t>()),
+    field("elsewhere", &WaitingCount::elsewhere, count<std::int64_t>()),
+    field("elsewhere_address", &WaitingCount::elsewhere_address, line())};
+
+const fields::Table<WaitingFact> kFactFields{
+    field("row", &WaitingFact::row, count<std::int64_t>()),
+    field("source", &WaitingFact::source, line()),
+    field("number", &WaitingFact::number, count<std::int64_t>()),
+    field("session", &WaitingFact::session, count<std::int64_t>()),
+    field("kind", &WaitingFact::kind, name()),
+    field("worth", &WaitingFact::worth, fields::named<Worth>())};
+
+template <class T>
+T read(const fields::Table<T>& table, std::string_view json, const char* name) {
+  const nlohmann::json parsed = json_of(json, kLargest, name);
+  T value;
+  fields::from_json(table, calib::JsonReader(parsed, name), value);
+  return value;
+}
+
+/// Removes and returns the next line.
+std::string_view line_of(std::string_view& left) {
+  const std::size_t end = left.find('\n');
+  if (end == std::string_view::npos) throw calib::FileError("facts", "a line is not whole");
+  const std::string_view line = left.substr(0, end);
+  left.remove_prefix(end + 1);
+  return line;
+}
+
 }  // namespace
 
 Desk::Desk(Parts parts)
@@ -161,34 +298,6 @@ Response Desk::take(const Request& request, const Now& now) {
   return {.body = answered ? "{\"answered\": true}" : "{\"answered\": false}"};
 }
 
-namespace {
-
-/// Below the keep-alive limit of a broker, above the time to compose a large calibration on a slow computer.
-constexpr std::chrono::seconds kMost{30};
-
-/// Body of the answer. Throws SocketError.
-std::string asked(const std::filesystem::path& socket, const char* method,
-                  const std::string& target, const std::string& body = "") {
-  Response answer = http_request(socket, method, target, body, kMost);
-  if (answer.status == 200) return std::move(answer.body);
-  const auto words = calib::parse_json(answer.body);
-  throw OutboxError(words.is_object() && words.contains("error") && words["error"].is_string()
-                        ? words["error"].get<std::string>()
-                        : fmt::format("cellcald answered {}", answer.status));
-}
-
-template <class Read>
-auto read_as(Read read) try {
-  return read();
-} catch (const SocketError& away) {
-  throw OutboxError(away.what());
-} catch (const calib::FileError& other) {
-  throw OutboxError(std::string(other.what()) +
-                    ". Check that cellcald and cellcal-plant are of the same version");
-}
-
-}  // namespace
-
 Orders report_to_desk(const std::filesystem::path& socket, const LinesStatus& lines) {
   const std::string answer = asked(socket, "POST", "/v1/line", to_json(lines));
   return read_as([&] { return orders_from_json(answer); });
@@ -225,123 +334,6 @@ bool DeskClient::propose(const Proposal& proposal) {
     return json.is_object() && json.value("answered", nlohmann::json(false)) == true;
   });
 }
-
-namespace {
-
-namespace fields = calib::fields;
-using fields::field, fields::Json;
-using sparkplug::DataType, sparkplug::Metric;
-
-/// Text of a line's status.
-constexpr std::size_t kLongestWords = 4096;
-constexpr std::size_t kLargest = std::size_t{1} << 20;
-
-fields::Value<std::filesystem::path> path() {
-  return {[](const std::filesystem::path& one) { return one.string(); },
-          [](const calib::JsonReader& reader) {
-            return std::filesystem::path(line(kLongestWords).from(reader));
-          }};
-}
-
-const fields::Table<PlantConfig> kPlantFields{
-    field("plant", &PlantConfig::plant, name()),
-    field("cell", &PlantConfig::cell, name()),
-    field("host", &PlantConfig::host, line(kLongestWords)),
-    field("port", &PlantConfig::port, fields::whole<std::uint16_t>()),
-    field("tls", &PlantConfig::tls, fields::flag()),
-    field("ca", &PlantConfig::ca, path()),
-    field("certificate", &PlantConfig::certificate, path()),
-    field("key", &PlantConfig::key, path()),
-    field("user", &PlantConfig::user, line()),
-    field("password_file", &PlantConfig::password_file, path()),
-    field("sparkplug", &PlantConfig::sparkplug, fields::flag())};
-
-/// The type selects the value; null: unknown.
-fields::Value<Metric> metric() {
-  return {[](const Metric& one) {
-            Json json{{"name", one.name}, {"type", static_cast<std::uint32_t>(one.type)}};
-            std::visit(
-                [&](const auto& value) {
-                  if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::monostate>)
-                    json["value"] = nullptr;
-                  else
-                    json["value"] = value;
-                },
-                one.value);
-            return json;
-          },
-          [](const calib::JsonReader& reader) {
-            Metric one{line().from(reader.at("name")),
-                       static_cast<DataType>(reader.at("type").whole()),
-                       {}};
-            const calib::JsonReader at = reader.at("value");
-            const nlohmann::json& value = reader.object()["value"];
-            if (value.is_null()) return one;
-            switch (one.type) {
-              case DataType::kInt64:
-              case DataType::kDateTime:
-                if (!value.is_number_integer()) at.fail("must be a whole number");
-                one.value = value.get<std::int64_t>();
-                return one;
-              case DataType::kDouble: one.value = at.number(); return one;
-              case DataType::kBoolean: one.value = at.flag(); return one;
-              case DataType::kString: one.value = at.text(); return one;
-            }
-            reader.at("type").fail("is none");
-          }};
-}
-
-const fields::Table<LineStatus> kLineFields{
-    field("connected", &LineStatus::connected, fields::flag()),
-    field("problem", &LineStatus::problem, fields::named<LineProblem, '-'>()),
-    field("words", &LineStatus::words, bounded(kLongestWords)),
-    field("since", &LineStatus::since, line()),
-    field("acknowledged", &LineStatus::acknowledged, count<std::uint64_t>())};
-
-const fields::Table<LinesStatus> kLinesFields{
-    field("facts", &LinesStatus::facts, fields::object(kLineFields)),
-    maybe("sparkplug", &LinesStatus::sparkplug, fields::object(kLineFields)),
-    field("restarts", &LinesStatus::restarts, count<std::uint64_t>())};
-
-const fields::Table<Orders> kOrdersFields{
-    field("daemon", &Orders::daemon, line()),
-    maybe("plant", &Orders::plant, fields::object(kPlantFields)),
-    field("mock", &Orders::mock, fields::flag()),
-    field("metrics", &Orders::metrics, fields::list(metric()))};
-
-const fields::Table<WaitingCount> kCountFields{
-    field("source", &WaitingCount::source, line()),
-    field("newest", &WaitingCount::newest, count<std::int64_t>()),
-    field("rows", &WaitingCount::rows, count<std::int64_t>()),
-    field("elsewhere", &WaitingCount::elsewhere, count<std::int64_t>()),
-    field("elsewhere_address", &WaitingCount::elsewhere_address, line())};
-
-const fields::Table<WaitingFact> kFactFields{
-    field("row", &WaitingFact::row, count<std::int64_t>()),
-    field("source", &WaitingFact::source, line()),
-    field("number", &WaitingFact::number, count<std::int64_t>()),
-    field("session", &WaitingFact::session, count<std::int64_t>()),
-    field("kind", &WaitingFact::kind, name()),
-    field("worth", &WaitingFact::worth, fields::named<Worth>())};
-
-template <class T>
-T read(const fields::Table<T>& table, std::string_view json, const char* name) {
-  const nlohmann::json parsed = json_of(json, kLargest, name);
-  T value;
-  fields::from_json(table, calib::JsonReader(parsed, name), value);
-  return value;
-}
-
-/// Removes and returns the next line.
-std::string_view line_of(std::string_view& left) {
-  const std::size_t end = left.find('\n');
-  if (end == std::string_view::npos) throw calib::FileError("facts", "a line is not whole");
-  const std::string_view line = left.substr(0, end);
-  left.remove_prefix(end + 1);
-  return line;
-}
-
-}  // namespace
 
 std::string to_json(const Orders& orders) {
   return text_of(fields::to_json(kOrdersFields, orders));

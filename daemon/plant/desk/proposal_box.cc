@@ -56,6 +56,29 @@ std::string own_reason(const std::string& words) {
   return line;
 }
 
+namespace fields = calib::fields;
+using fields::field;
+
+constexpr const char* kFormat = "cellcal.proposals/1";
+constexpr std::size_t kLargestFile = kMostKept * (std::size_t{1} << 18);
+
+/// The message as an object of its own.
+fields::Value<Proposal> proposal() {
+  return {message_of, [](const calib::JsonReader& reader) {
+            const CellName of{reader.at("plant").text(), reader.at("cell").text()};
+            return proposal_in(reader.object(), {of, Subject::kProposal, reader.at("id").text()});
+          }};
+}
+
+const fields::Table<StoredProposal> kKeptFields{
+    field("proposal", &StoredProposal::proposal, proposal()),
+    field("received", &StoredProposal::received, line()),
+    field("stand", &StoredProposal::stand, fields::named<Stand>()),
+    field("decided", &StoredProposal::decided, line()),
+    field("by", &StoredProposal::by, line()),
+    field("reason", &StoredProposal::reason, bounded(kLongestText)),
+    fields::optional(field("told", &StoredProposal::reported, fields::flag()))};
+
 }  // namespace
 
 std::optional<std::string> unusable(const Proposal& proposal) {
@@ -284,33 +307,6 @@ StoredProposal ProposalBox::refuse(const std::string& id, const Say& say) {
   const std::lock_guard lock(mutex_);
   return decide(open(id), Stand::kRefused, say);
 }
-
-namespace {
-
-namespace fields = calib::fields;
-using fields::field;
-
-constexpr const char* kFormat = "cellcal.proposals/1";
-constexpr std::size_t kLargestFile = kMostKept * (std::size_t{1} << 18);
-
-/// The message as an object of its own.
-fields::Value<Proposal> proposal() {
-  return {message_of, [](const calib::JsonReader& reader) {
-            const CellName of{reader.at("plant").text(), reader.at("cell").text()};
-            return proposal_in(reader.object(), {of, Subject::kProposal, reader.at("id").text()});
-          }};
-}
-
-const fields::Table<StoredProposal> kKeptFields{
-    field("proposal", &StoredProposal::proposal, proposal()),
-    field("received", &StoredProposal::received, line()),
-    field("stand", &StoredProposal::stand, fields::named<Stand>()),
-    field("decided", &StoredProposal::decided, line()),
-    field("by", &StoredProposal::by, line()),
-    field("reason", &StoredProposal::reason, bounded(kLongestText)),
-    fields::optional(field("told", &StoredProposal::reported, fields::flag()))};
-
-}  // namespace
 
 std::string proposals_to_json(const StoredProposals& kept) {
   return calib::write_lines(

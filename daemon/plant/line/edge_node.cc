@@ -21,6 +21,22 @@ std::uint64_t now_ms() {
                                         .count());
 }
 
+namespace wire = cellcal::sparkplug;
+
+constexpr std::size_t kLargestCommand = std::size_t{1} << 16;
+
+struct PutValue {
+  wire::Metric& to;
+  void operator()(std::monostate) const { to.set_is_null(true); }
+  /// Two's complement, as defined by the standard.
+  void operator()(std::int64_t value) const {
+    to.set_long_value(static_cast<std::uint64_t>(value));
+  }
+  void operator()(double value) const { to.set_double_value(value); }
+  void operator()(bool value) const { to.set_boolean_value(value); }
+  void operator()(const std::string& value) const { to.set_string_value(value); }
+};
+
 }  // namespace
 
 struct EdgeNode::Impl : LineThread {
@@ -149,26 +165,6 @@ void EdgeNode::close_with_will() {
 }
 
 LineStatus EdgeNode::status() const { return impl_->status_now(); }
-
-namespace {
-
-namespace wire = cellcal::sparkplug;
-
-constexpr std::size_t kLargestCommand = std::size_t{1} << 16;
-
-struct PutValue {
-  wire::Metric& to;
-  void operator()(std::monostate) const { to.set_is_null(true); }
-  /// Two's complement, as defined by the standard.
-  void operator()(std::int64_t value) const {
-    to.set_long_value(static_cast<std::uint64_t>(value));
-  }
-  void operator()(double value) const { to.set_double_value(value); }
-  void operator()(bool value) const { to.set_boolean_value(value); }
-  void operator()(const std::string& value) const { to.set_string_value(value); }
-};
-
-}  // namespace
 
 std::string payload(const std::vector<Metric>& metrics, std::uint64_t time_ms,
                     std::optional<std::uint8_t> seq, Types types) {

@@ -13,19 +13,6 @@ constexpr std::array<const char*, std::variant_size_v<FactBody>> kKinds{
     "session", "calibration", "check", "activation", "certificate", "alarm",
     "answer",  "phase",       "touch", "health",     "dropped"};
 
-}  // namespace
-
-const char* kind_of(const FactBody& body) { return kKinds.at(body.index()); }
-
-Worth worth_of(const FactBody& body) {
-  const bool telemetry = std::holds_alternative<PhaseFact>(body) ||
-                         std::holds_alternative<TouchFact>(body) ||
-                         std::holds_alternative<HealthFact>(body);
-  return telemetry ? Worth::kTelemetry : Worth::kResult;
-}
-
-namespace {
-
 namespace fields = calib::fields;
 using calib::JsonReader;
 using calib::kMmPerM;
@@ -217,7 +204,22 @@ FactBody read_body(std::string_view kind, const JsonReader& reader) {
 
 std::string id_of(const Fact& fact) { return fact.journal + '-' + std::to_string(fact.number); }
 
+std::string megabytes(std::size_t bytes) {
+  constexpr std::size_t kTenth = 100'000;
+  const std::size_t tenths = (bytes + kTenth - 1) / kTenth;
+  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " MB";
+}
+
 }  // namespace
+
+const char* kind_of(const FactBody& body) { return kKinds.at(body.index()); }
+
+Worth worth_of(const FactBody& body) {
+  const bool telemetry = std::holds_alternative<PhaseFact>(body) ||
+                         std::holds_alternative<TouchFact>(body) ||
+                         std::holds_alternative<HealthFact>(body);
+  return telemetry ? Worth::kTelemetry : Worth::kResult;
+}
 
 Json json_of(const FactBody& body) {
   return std::visit([]<class T>(const T& one) { return fields::to_json(kFieldsOf<T>, one); }, body);
@@ -263,16 +265,6 @@ Fact fact_from_json(std::string_view json, const Topic& topic) {
   fact.body = read_body(kind, reader.at("body"));
   return fact;
 }
-
-namespace {
-
-std::string megabytes(std::size_t bytes) {
-  constexpr std::size_t kTenth = 100'000;
-  const std::size_t tenths = (bytes + kTenth - 1) / kTenth;
-  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " MB";
-}
-
-}  // namespace
 
 CertificateTooLarge::CertificateTooLarge(std::size_t all)
     : std::runtime_error(

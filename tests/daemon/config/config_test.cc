@@ -352,7 +352,7 @@ TEST(AnEkiConfiguration, WithoutAContactInputSearchesSlowly) {
   EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.001);
 }
 
-calib::Cell cell_of_one_joint() {
+calib::Cell cell_of_six_joints() {
   calib::Cell cell;
   cell.robot.name = "test";
   calib::Joint joint;
@@ -360,30 +360,42 @@ calib::Cell cell_of_one_joint() {
   joint.min_rad = -1.0;
   joint.max_rad = 2.0;
   joint.max_speed_rad_s = 3.0;
-  cell.robot.joints = {joint};
+  cell.robot.joints.assign(6, joint);
   return cell;
 }
 
 TEST(AxisLimits, AreTheRobotFilesAtTheConfiguredSpeed) {
   const DaemonConfig config = parse_config(kRsi + "[motion]\nspeed_percent = 10\n", "d.toml");
-  const drivers::RsiConfig rsi = rsi_config_for(config, cell_of_one_joint());
-  ASSERT_EQ(rsi.limits.size(), 1u);
+  const drivers::RsiConfig rsi = rsi_config_for(config, cell_of_six_joints());
+  ASSERT_EQ(rsi.limits.size(), 6u);
   EXPECT_EQ(rsi.limits[0].min_rad, -1.0);
   EXPECT_EQ(rsi.limits[0].max_rad, 2.0);
   EXPECT_NEAR(rsi.limits[0].max_speed_rad_s, 0.3, 1e-12);
-  EXPECT_EQ(rsi.full_speed_rad_s, std::vector<double>{3.0});
-  EXPECT_EQ(rsi.correction_limit_deg, std::vector<double>{90.0});
+  EXPECT_EQ(rsi.full_speed_rad_s, std::vector<double>(6, 3.0));
+  EXPECT_EQ(rsi.correction_limit_deg, std::vector<double>(6, 90.0));
 }
 
 TEST(AxisLimits, ThatTheRobotFileLacksAreAnErrorAndNotAGuess) {
-  calib::Cell cell = cell_of_one_joint();
+  calib::Cell cell = cell_of_six_joints();
   cell.robot.joints[0].max_speed_rad_s = 0.0;
   EXPECT_THROW(rsi_config_for(parse_config(kRsi, "d.toml"), cell), drivers::ConfigError);
 }
 
+TEST(AxisLimits, OfAnArmWithoutSixTurningJointsAreRefusedOnEachWireAndForItsFiles) {
+  for (const std::size_t joints : {5, 7}) {
+    calib::Cell cell = cell_of_six_joints();
+    cell.robot.joints.resize(joints, cell.robot.joints.front());
+    const DaemonConfig rsi = parse_config(kRsi, "d.toml");
+    EXPECT_THROW(rsi_config_for(rsi, cell), drivers::ConfigError) << joints;
+    EXPECT_THROW(rsi_files_for(rsi, cell), drivers::ConfigError) << joints;
+    const DaemonConfig eki = parse_config(kEki + "[controller]\nexternal_axes = 1\n", "d.toml");
+    EXPECT_THROW(eki_config_for(eki, cell), drivers::ConfigError) << joints;
+  }
+}
+
 calib::Cell cell_on_track() {
-  calib::Cell cell = cell_of_one_joint();
-  cell.robot.joints.assign(7, cell.robot.joints.front());
+  calib::Cell cell = cell_of_six_joints();
+  cell.robot.joints.insert(cell.robot.joints.begin(), cell.robot.joints.front());
   cell.robot.joints[0].guide.emplace();
   return cell;
 }
@@ -544,19 +556,15 @@ TEST(ASlowedMotion, SlowsAPositionerByAsMuchAsTheArm) {
 }
 
 TEST(AxisLimits, OverEkiComeWithTheFullSpeedsAndForTheChannelsAxes) {
-  calib::Cell cell = cell_of_one_joint();
+  const calib::Cell cell = cell_of_six_joints();
   const DaemonConfig config = parse_config(kEki + "[motion]\nspeed_percent = 10\n", "d.toml");
-  EXPECT_THROW(eki_config_for(config, cell), drivers::ConfigError) << "one axis, channel of six";
-  cell.robot.joints.assign(6, cell.robot.joints.front());
   const drivers::EkiConfig eki = eki_config_for(config, cell);
   EXPECT_EQ(eki.limits.size(), 6u);
   EXPECT_NEAR(eki.limits[0].max_speed_rad_s, 0.3, 1e-12);
   EXPECT_EQ(eki.full_speed_rad_s, std::vector<double>(6, 3.0));
   EXPECT_EQ(eki.transit_percent(), 10);
-  cell.robot.joints.assign(7, cell.robot.joints.front());
-  EXPECT_EQ(eki_config_for(parse_config(kEki + "[controller]\nexternal_axes = 1\n", "d.toml"), cell)
-                .limits.size(),
-            7u);
+  const DaemonConfig one = parse_config(kEki + "[controller]\nexternal_axes = 1\n", "d.toml");
+  EXPECT_EQ(eki_config_for(one, cell_on_track()).limits.size(), 7u);
 }
 
 TEST(AConfiguration, HasNoNetworkUnlessItSaysWhereToListen) {

@@ -135,7 +135,7 @@ class FakeBackend : public Backend {
 };
 
 /// Stores records; fails at the nth one (from 1).
-class FakeRecorder final : public Recorder {
+class FakeRecorder : public Recorder {
  public:
   void record(const RecordPlan& plan) override;
   void record(const RecordReading& reading) override;

@@ -143,16 +143,9 @@ TEST(ADiskThatStalls, HidesNoLostRobot) {
 }
 
 TEST(AJournalThatIsGone, IsNoticedBeforeTheNextMove) {
-  struct Gone final : Recorder {
-    void record(const RecordPlan&) override {}
-    void record(const RecordSearch&) override {}
-    void record(const RecordReading&) override {}
+  struct Gone final : FakeRecorder {
+    using FakeRecorder::record;
     void record(const RecordTouch&) override { gone = true; }
-    void record(const RecordEnd&) override {}
-    void note(const std::string&, const std::string&) override {}
-    void note(const RecordChange&) override {}
-    void note(const RecordContact&) override {}
-    void note(const RecordCause&) override {}
     void check() override {
       if (gone) throw std::runtime_error("journal x.db: was removed");
     }

@@ -77,29 +77,20 @@ TEST(ASession, NeverGivesTwoMovesTheSameNumber) {
 
 TEST(ASession, HasEachTouchOnDiskBeforeTheNextMove) {
   Session session;
-  std::vector<std::size_t> moves_at_record;
-  struct Watching final : Recorder {
+  struct Watching final : FakeRecorder {
+    using FakeRecorder::record;
     explicit Watching(Session& owner) : s(owner) {}
-    void record(const RecordPlan&) override {}
-    void record(const RecordSearch&) override {}
-    void record(const RecordReading&) override {}
-    void record(const RecordTouch&) override {
+    void record(const RecordTouch& touch) override {
       EXPECT_FALSE(s.backend.world.moving);
       EXPECT_EQ(s.backend.world.moves.back().kind, MoveKind::kSearch);
-      ++touches;
+      FakeRecorder::record(touch);
     }
-    void record(const RecordEnd&) override {}
-    void note(const std::string&, const std::string&) override {}
-    void note(const RecordChange&) override {}
-    void note(const RecordContact&) override {}
-    void note(const RecordCause&) override {}
     Session& s;
-    int touches = 0;
   } watching(session);
   Runner runner({session.backend, watching, session.worker, session.worker, session.tasks, {}}, {},
                 {});
   EXPECT_EQ(runner.run().phase, Phase::kDone);
-  EXPECT_EQ(watching.touches, 3);
+  EXPECT_EQ(watching.touches.size(), 3u);
 }
 
 TEST(ASession, KeepsEveryReadingAsEvidence) {

@@ -53,20 +53,13 @@ TEST(ASessionWithAWorkerThread, EndsAsOneWithAnInlineWorkerDoes) {
 }
 
 /// A disk that answers on request.
-struct StalledRecorder final : Recorder {
-  void record(const RecordPlan&) override {}
-  void record(const RecordSearch&) override {}
-  void record(const RecordReading&) override {}
+struct StalledRecorder final : testing::FakeRecorder {
+  using FakeRecorder::record;
   void record(const RecordTouch&) override {
     stalled.set_value();
     answers.get_future().wait();
     on_disk = true;
   }
-  void record(const RecordEnd&) override {}
-  void note(const std::string&, const std::string&) override {}
-  void note(const RecordChange&) override {}
-  void note(const RecordContact&) override {}
-  void note(const RecordCause&) override {}
 
   std::promise<void> stalled, answers;
   std::atomic<bool> on_disk{false};

@@ -338,9 +338,7 @@ TEST(ALatenessWhileATouchGoesToTheDisk, WaitsUntilItIsThere) {
   Walk walk;
   walk.state.repeats = BusyRepeats{};
   walk.to_slow_search();
-  walk.contact(0.11, 0.1102);
-  walk.on(EventKind::kArrived);
-  walk.on(EventKind::kArmed);
+  walk.to_next_search();
   walk.contact(0.11, 0.1102);
   ASSERT_EQ(walk.state.phase, Phase::kRecording);
   walk.on(EventKind::kLinks, [](Event& event) {
@@ -359,9 +357,7 @@ TEST(ALatenessWhileTheLastTouchGoesToTheDisk, IsFollowedByTheRetreatAndTheWayHom
     Walk walk(1);
     walk.state.repeats = BusyRepeats{};
     walk.to_slow_search();
-    walk.contact(0.11, 0.1102);
-    walk.on(EventKind::kArrived);
-    walk.on(EventKind::kArmed);
+    walk.to_next_search();
     walk.contact(0.11, 0.1102);
     ASSERT_EQ(walk.state.phase, Phase::kRecording);
     walk.state.leads_on = led_on;
@@ -469,12 +465,8 @@ TEST(ASearchChosenOneByOne, IsRepeatedOverTheWayItCameWithoutANewChoice) {
 
 TEST(AWayOutOfATouchChosenOneByOne, GoesOnToTheClearPoint) {
   Walk walk = one_by_one_searching();
-  walk.contact(0.110, 0.1102);
-  walk.on(EventKind::kArrived);
-  walk.on(EventKind::kArmed);
-  walk.contact(0.110, 0.1102);
-  walk.on(EventKind::kArrived);
-  walk.on(EventKind::kArmed);
+  walk.to_next_search();
+  walk.to_next_search();
   walk.contact(0.110, 0.1102);
   walk.on(EventKind::kRecorded);
   ASSERT_EQ(walk.state.phase, Phase::kRetreat);

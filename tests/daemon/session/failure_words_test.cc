@@ -108,7 +108,8 @@ TEST_F(FailureWords, SayHowFarFromTheSurfaceItWas) {
   EXPECT_EQ(
       in(kFastSearch, F::kNoContact),
       "touch 1 of 2 (S1): no contact up to 8.0 mm beyond the expected surface of S1 (cell file). "
-      "Check centre_mm (in the robot's root, whatever $ROBROOT) and diameter_mm in the cell file, and the contact circuit");
+      "Check centre_mm (in the robot's root, whatever $ROBROOT) and diameter_mm in the cell file, and the contact circuit; "
+      "'cellcal run --find' finds a sphere whose centre is known roughly");
   contact_at(0.105);
   const std::string before =
       " mm before the expected surface of S1 (cell file): the tip met something else, or centre_mm "

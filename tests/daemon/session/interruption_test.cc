@@ -228,9 +228,7 @@ TEST(AnInterruptionOfARetreatThatLeadsOn, ExpectsAContactOnlyWhereItHasNotOpened
     Walk walk;
     walk.state.retries = 1;
     walk.to_slow_search();
-    walk.contact(0.11, 0.1102);
-    walk.on(EventKind::kArrived);
-    walk.on(EventKind::kArmed);
+    walk.to_next_search();
     walk.contact(0.11, 0.1102);
     walk.on(EventKind::kRecorded);
     ASSERT_TRUE(walk.state.leads_on);

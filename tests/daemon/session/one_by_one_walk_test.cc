@@ -262,9 +262,7 @@ TEST_F(OneByOneWalk, ForgetsFailuresInARowWithEachTouchThatWasMade) {
 TEST_F(OneByOneWalk, SaysOfWhatItMetThatTheTouchFailedAndNotThatNothingIsThere) {
   walk.to_routing();
   next();
-  walk.contact(0.110, 0.1102);
-  walk.on(EventKind::kArrived);
-  walk.on(EventKind::kArmed);
+  walk.to_next_search();
   walk.on(EventKind::kArrived);  // after a first contact
   EXPECT_EQ(walk.state.touch_failed, calib::NotMade::kFailed);
   Walk noisy(1);

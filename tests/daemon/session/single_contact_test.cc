@@ -16,9 +16,7 @@ struct SecondTouch {
     walk.plan->touches[0].target = walk.plan->touches[1].target = "S1";
     walk.state.policy.confirm_every = 8;
     walk.to_slow_search();
-    walk.contact(0.11, 0.1102);
-    walk.on(EventKind::kArrived);
-    walk.on(EventKind::kArmed);
+    walk.to_next_search();
     walk.contact(0.11, 0.1102);
     EXPECT_EQ(walk.state.phase, Phase::kRecording);
   }

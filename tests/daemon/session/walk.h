@@ -61,11 +61,15 @@ class Walk {
     to_arming();
     on(EventKind::kArmed);
   }
-  void to_slow_search() {
-    to_fast_search();
+  /// The contact of a fast search, up to the slow one.
+  void to_next_search() {
     contact(0.110, 0.1102);
     on(EventKind::kArrived);
     on(EventKind::kArmed);
+  }
+  void to_slow_search() {
+    to_fast_search();
+    to_next_search();
   }
 
   template <class T>

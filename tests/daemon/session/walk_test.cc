@@ -194,9 +194,7 @@ TEST(AWalk, WithoutWaypointsLeadsToTheStandoffAndWithoutAWayHomeToTheEnd) {
   EXPECT_EQ(walk.state.phase, Phase::kArmingFast);
   walk.on(EventKind::kArmed);
   for (int i = 0; i < 2; ++i) {
-    walk.contact(0.11, 0.1102);
-    walk.on(EventKind::kArrived);
-    walk.on(EventKind::kArmed);
+    walk.to_next_search();
   }
   walk.contact(0.11, 0.1102);
   walk.on(EventKind::kRecorded);

@@ -60,8 +60,8 @@ class CellLine {
   }
 
   std::mutex mutex_;
+  std::unique_ptr<plant::Publisher> publisher_;  // first: the outbox pokes it while it is constructed
   plant::JournalOutbox outbox_;
-  std::unique_ptr<plant::Publisher> publisher_;
 };
 
 }  // namespace cellcal::daemon::testing

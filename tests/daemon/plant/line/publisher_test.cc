@@ -93,10 +93,13 @@ struct PublisherTest : ::testing::Test {
   TemporaryDirectory dir, broker_dir;
 };
 
-TEST_F(PublisherTest, SaysEveryFactOnceAndInOrderAndIsBornAndDiesRetained) {
-  Broker broker(broker_dir.path());
+struct PublisherWithABroker : PublisherTest {
+  Broker broker{broker_dir.path()};
+  Journal journal{dir / "j.db"};
+};
+
+TEST_F(PublisherWithABroker, SaysEveryFactOnceAndInOrderAndIsBornAndDiesRetained) {
   Listener plant(broker.port(), "plant", kAll);
-  Journal journal(dir / "j.db");
   {
     const CellLine running(parts(journal, broker.port()));
     plant.store();
@@ -171,10 +174,8 @@ TEST(Takeovers, AreThreeShortLinesInARowAndNoLinesThatFailedOtherwise) {
   EXPECT_EQ(line_of(seconds(1), lost), LineProblem::kLost);
 }
 
-TEST_F(PublisherTest, LosesNothingWhenTheBrokerIsKilledInMidSessionAndComesBack) {
-  Broker broker(broker_dir.path());
+TEST_F(PublisherWithABroker, LosesNothingWhenTheBrokerIsKilledInMidSessionAndComesBack) {
   Listener plant(broker.port(), "plant", kAll);
-  Journal journal(dir / "j.db");
   const CellLine running(parts(journal, broker.port()));
   fill(journal, 20);
   plant.until(number_heard(21));
@@ -228,9 +229,7 @@ TEST_F(PublisherTest, ThatWasKilledIsFollowedByOneThatSaysTheSameUnderTheSameNum
   EXPECT_EQ(facts.back().journal, facts.front().journal);
 }
 
-TEST_F(PublisherTest, KeepsAResultUntilThePlantSaysThatItIsStoredWhateverTheBrokerHasLost) {
-  Broker broker(broker_dir.path());
-  Journal journal(dir / "j.db");
+TEST_F(PublisherWithABroker, KeepsAResultUntilThePlantSaysThatItIsStoredWhateverTheBrokerHasLost) {
   auto plant = std::make_unique<Listener>(broker.port(), "plant", kAll);
   const CellLine running(parts(journal, broker.port()));
   const std::int64_t id = fill(journal, 3);
@@ -254,9 +253,7 @@ TEST_F(PublisherTest, KeepsAResultUntilThePlantSaysThatItIsStoredWhateverTheBrok
   wait_until([&] { return journal.outbox().rows == 0; });
 }
 
-TEST_F(PublisherTest, ThatNobodyCollectsFromKeepsAllAndSaysSo) {
-  Broker broker(broker_dir.path());
-  Journal journal(dir / "j.db");
+TEST_F(PublisherWithABroker, ThatNobodyCollectsFromKeepsAllAndSaysSo) {
   const CellLine running(parts(journal, broker.port()));
   fill(journal, 2);
   wait_until([&] { return running.status().problem == LineProblem::kNoCollector; });
@@ -269,9 +266,7 @@ TEST_F(PublisherTest, ThatNobodyCollectsFromKeepsAllAndSaysSo) {
   wait_until([&] { return journal.outbox().rows == 0; });
 }
 
-TEST_F(PublisherTest, HandsAProposalOnUntilItIsAnsweredAndLeavesWhatIsNone) {
-  Broker broker(broker_dir.path());
-  Journal journal(dir / "j.db");
+TEST_F(PublisherWithABroker, HandsAProposalOnUntilItIsAnsweredAndLeavesWhatIsNone) {
   Listener plant(broker.port(), "plant", kAll);
   const plant::Proposal proposal{
       {"graz", "weld-3"}, "p-1", plant::ProposalKind::kCheck, 0, "", "M. Huber", "drift", "t"};
@@ -328,10 +323,8 @@ TEST_F(PublisherTest, KeepsWhatTheBrokerRefusesSaysSoAndSendsItWhenItMay) {
   EXPECT_EQ(running.status().problem, LineProblem::kNone);
 }
 
-TEST_F(PublisherTest, GivesTheBrokerNoMoreResultsThanSoManyThatNobodyHasStored) {
-  Broker broker(broker_dir.path());
+TEST_F(PublisherWithABroker, GivesTheBrokerNoMoreResultsThanSoManyThatNobodyHasStored) {
   Listener plant(broker.port(), "plant", kAll);
-  Journal journal(dir / "j.db");
   CellLine::Parts few = parts(journal, broker.port());
   few.most_unstored = 3;
   few.stored_wait = std::chrono::seconds(60);
@@ -361,11 +354,9 @@ plant::CertificateFact certificate_of(std::size_t bytes) {
   return {"1-0123456789ab", {{"certificate.pdf", std::string(bytes, 'x')}}};
 }
 
-TEST_F(PublisherTest, SaysOfAFactThatIsTooLargeForAnyPlantThatItIsDroppedAndGoesOn) {
-  Broker broker(broker_dir.path());
+TEST_F(PublisherWithABroker, SaysOfAFactThatIsTooLargeForAnyPlantThatItIsDroppedAndGoesOn) {
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
-  Journal journal(dir / "j.db");
   const CellLine running(parts(journal, broker.port()));
   const std::int64_t id = fill(journal, 0);
   const Report large = plant::report_of(certificate_of(plant::kLargestMessage));
@@ -432,12 +423,10 @@ TEST_F(PublisherTest, NamesTheBrokersLimitWhereThatSaysItAndHowManyFactsAreTooLa
   EXPECT_TRUE(says("Set message_size_limit there to 8388608")) << running.status().words;
 }
 
-TEST_F(PublisherTest, GoesOnWithoutTheFactForWhichABrokerEndedTheLineAndTriesItOnALaterOne) {
-  Broker broker(broker_dir.path());
+TEST_F(PublisherWithABroker, GoesOnWithoutTheFactForWhichABrokerEndedTheLineAndTriesItOnALaterOne) {
   StrictListener strict(broker.port(), 20000);
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
-  Journal journal(dir / "j.db");
   const CellLine running(parts(journal, strict.port()));
   const std::int64_t id = fill(journal, 0);
   const plant::CertificateFact large = certificate_of(30000);
@@ -488,10 +477,8 @@ TEST_F(PublisherTest, SaysOfAResultOfADamagedSessionThatItIsDroppedAndGoesOn) {
   EXPECT_EQ(notice->session, 1);
 }
 
-TEST_F(PublisherTest, WaitsForADiskThatIsAwayAndDropsNothingForIt) {
-  Broker broker(broker_dir.path());
+TEST_F(PublisherWithABroker, WaitsForADiskThatIsAwayAndDropsNothingForIt) {
   Listener plant(broker.port(), "plant", kAll);
-  Journal journal(dir / "j.db");
   CellLine::Parts soon = parts(journal, broker.port());
   soon.journal_wait = milliseconds(50);
   const CellLine running(soon);
@@ -510,10 +497,8 @@ TEST_F(PublisherTest, WaitsForADiskThatIsAwayAndDropsNothingForIt) {
   }
 }
 
-TEST_F(PublisherTest, OpensItsLineOnceTheDiskSaysWhichNumbersThereAre) {
-  Broker broker(broker_dir.path());
+TEST_F(PublisherWithABroker, OpensItsLineOnceTheDiskSaysWhichNumbersThereAre) {
   broker.kill();
-  Journal journal(dir / "j.db");
   const CellLine running(parts(journal, broker.port()));
   const std::int64_t id = journal.begin(kLargeInputs, "t0");
   for (int i = 0; i < 100 && running.status().problem != LineProblem::kJournal; ++i) {
@@ -528,9 +513,7 @@ TEST_F(PublisherTest, OpensItsLineOnceTheDiskSaysWhichNumbersThereAre) {
   EXPECT_TRUE(running.status().connected);
 }
 
-TEST_F(PublisherTest, UnderAnotherNameSaysWhatWaitsForTheEarlierOneAndWhatToDo) {
-  Broker broker(broker_dir.path());
-  Journal journal(dir / "j.db");
+TEST_F(PublisherWithABroker, UnderAnotherNameSaysWhatWaitsForTheEarlierOneAndWhatToDo) {
   {
     CellLine::Parts earlier = parts(journal, broker.port());
     earlier.config.cell = "weld-2";
@@ -561,9 +544,7 @@ TEST_F(PublisherTest, UnderAnotherNameSaysWhatWaitsForTheEarlierOneAndWhatToDo) 
   EXPECT_TRUE(std::holds_alternative<plant::SessionFact>(waited->body));
 }
 
-TEST_F(PublisherTest, SaysInTheLogOnceAMinuteWhatItDoesNotUnderstandHoweverMuchComes) {
-  Broker broker(broker_dir.path());
-  Journal journal(dir / "j.db");
+TEST_F(PublisherWithABroker, SaysInTheLogOnceAMinuteWhatItDoesNotUnderstandHoweverMuchComes) {
   std::ostringstream log;
   const auto before = spdlog::default_logger();
   spdlog::set_default_logger(std::make_shared<spdlog::logger>(
@@ -607,10 +588,8 @@ TEST_F(PublisherTest, SaysInTheLogOnceAMinuteThatItsLineComesAndGoes) {
   EXPECT_NE(words.find("connected to"), std::string::npos) << words;
 }
 
-TEST_F(PublisherTest, ThatLeavesWithoutAFarewellIsLostToThePlant) {
-  Broker broker(broker_dir.path());
+TEST_F(PublisherWithABroker, ThatLeavesWithoutAFarewellIsLostToThePlant) {
   Listener plant(broker.port(), "plant", kAll);
-  Journal journal(dir / "j.db");
   {
     CellLine running(parts(journal, broker.port()));
     plant.until([](const auto& heard) { return presence_in(heard).has_value(); });
