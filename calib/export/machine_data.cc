@@ -417,7 +417,7 @@ std::optional<ZeroComparison> controllers_zeros(const MachineData& data, const R
   const Robot arm = behind_unit(robot);
   if (arm.joints.size() != 6) return std::nullopt;
   const ArmLengths is = lengths_of(arm, data);
-  // Of such lengths, none of them to the other side: only the flange may be turned.
+  // Only the flange of such lengths may be turned, none of them to the other side.
   const bool counted_alike = is.off_m <= kSame && is.length_m[2] > 0.0 && is.length_m[4] > 0.0;
   const bool whole = data.base && data.length_a_m && data.length_b_m && data.wrist && data.flange;
   if (!counted_alike && !whole) return std::nullopt;

@@ -46,7 +46,7 @@ void turn_unit(const Calibration& c, Robot& robot) {
   unit.guide->along = found;
 }
 
-/// What the errors of geometry, kTheta to kBeta, change.
+/// Changes by the errors of geometry, kTheta to kBeta.
 constexpr double Joint::*kLinkErrors[] = {&Joint::offset_rad, &Joint::d_m, &Joint::a_m,
                                           &Joint::alpha_rad, &Joint::beta_rad};
 

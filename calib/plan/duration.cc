@@ -36,7 +36,7 @@ double axis_s(double way, double max_speed, const Pace& pace) {
 
 /// Time of the positioner's turn before a touch, while the arm waits.
 double turn_s(const Robot& robot, const PlannedTouch& touch, const Pace& pace) {
-  // Of an axis without a stated speed: the daemon turns it so unless configured otherwise.
+  // The daemon turns an axis without a stated speed so unless configured otherwise.
   constexpr double kUsualRadS = 10.0 * kRadPerDeg;
   double slowest = 0.0;
   for (std::size_t j = 0; j < touch.wait_rad.size(); ++j) {

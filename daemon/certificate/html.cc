@@ -269,7 +269,7 @@ std::string decision(const CertificateData& d) {
                                      {"of_nominal", value("of_nominal")}}}));
 }
 
-/// What holds the scale, with the certificates of its lengths.
+/// Source of the scale, with the certificates of its lengths.
 std::string traceability(const CertificateData& d) {
   if (d.scale == calib::ScaleBy::kReadings) return say("say.certificate.traceability.instrument");
   if (d.scale != calib::ScaleBy::kLengths)

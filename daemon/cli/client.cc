@@ -358,7 +358,7 @@ std::string state_word(const json& session) {
                                      : "history.withheld");
 }
 
-/// Of another journal, and perhaps of another cell.
+/// True for a session of another journal, and perhaps of another cell.
 bool is_imported(const json& session) {
   return session.contains("imported") && !session["imported"].is_null();
 }
@@ -509,7 +509,7 @@ int show(const Connection& daemon, std::optional<std::int64_t> asked, Shown show
   const json value = get(daemon, session_path(session));
   if (daemon.json || shown == Shown::kTimes)
     return print_result(daemon.json, value, times_of(value.value("times", json::object())));
-  // What to do is read last: a session has some hundred events.
+  // The remedy is read last: a session has some hundred events.
   std::string words = session_line(value);
   for (const json& event : value.value("events", json::array()))
     if (event.is_string()) words += "  " + event.get<std::string>() + "\n";

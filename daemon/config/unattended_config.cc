@@ -204,7 +204,7 @@ std::string read_session_name(const TomlTable& table) {
   return name;
 }
 
-/// Whether the cell has it is known where the session begins.
+/// The session's begin shows if the cell has it.
 std::string read_load(const TomlTable& table) {
   constexpr std::size_t kLongest = 64;
   const std::string load = table.string("load");

@@ -70,7 +70,7 @@ std::string column_sql(const Column& column) {
   return sql;
 }
 
-/// Of all tables, sessions first.
+/// All tables, sessions first.
 std::string schema() {
   std::string sql;
   for (const std::string table : kChainedTables) {

@@ -76,7 +76,7 @@ void write_unit(const calib::Calibration& c, Lines& out) {
       out.line(fmt::format("CCF_XWAVE[{},{}]={}", k + 1, h + 1, real(guide.wave[h][k])));
 }
 
-/// Where an axis may stand, and how far FORWARD turns it.
+/// Range of an axis, and how far FORWARD turns it.
 struct Range {
   double least = 0.0, most = 0.0, middle = 0.0, step = 0.0;
 };

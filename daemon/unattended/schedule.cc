@@ -37,7 +37,7 @@ double since_boot_s(Schedule::Steady at) {
 }  // namespace
 
 Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.clocks.utc()) {
-  // Where the kernel provides no id each start counts as a boot, and steps of the clock are seen until the next.
+  // Without an id of the kernel each start counts as a boot; steps of the clock are seen until the next.
   if (parts_.clocks.boot.empty()) parts_.clocks.boot = fmt::format("{:x}", std::random_device{}());
   bool past_known = true;
   try {

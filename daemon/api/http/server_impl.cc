@@ -61,7 +61,7 @@ asio::ssl::context tls_context(const NetworkAddress& address) {
 
 using Written = std::array<std::filesystem::file_time_type, 2>;
 
-/// Of certificate and key.
+/// Times of certificate and key.
 Written written_at(const NetworkAddress& address) {
   std::error_code missing;
   return {std::filesystem::last_write_time(address.tls_certificate, missing),
