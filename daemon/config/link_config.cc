@@ -47,10 +47,11 @@ template <class... T>
 void check_axes(const calib::Robot& robot) {
   std::size_t number = robot.first_turning();
   if (robot.joints.size() != drivers::kArmAxes + number)
-    refuse(robot,
-           "{} joints, and KUKA's controllers move arms of six, behind a linear unit if there is one. "
-           "Choose the robot file of the arm; others: 'cellcal identify'",
-           robot.joints.size());
+    refuse(
+        robot,
+        "{} joints, and sessions move arms of six turning axes, on a linear unit if there is one. "
+        "Choose the robot file of the arm; others: 'cellcal identify'",
+        robot.joints.size());
   for (const calib::PositionerAxis& axis : robot.positioner) {
     const std::string name = "E" + std::to_string(++number);
     if (axis.name != name)

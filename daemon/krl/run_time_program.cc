@@ -364,7 +364,8 @@ class Rewriter {
       return refuse(Why::kPartial, line, "line " + std::to_string(line.number)), 0;
     const std::string what =
         target.name.empty() ? "line " + std::to_string(line.number) : target.name;
-    seen_.insert({target.name, variable_of(target.name)});
+    const std::string name = target.name.empty() ? upper_case(what) : target.name;
+    seen_.insert({name, variable_of(name)});
     const bool ptp = kPtp.count(line.tokens[0].word) > 0;
     const bool odd = typed_by_us(src_.text, line.tokens, target.begin);
     if (odd || (target.literal && !whole(*target.literal, ptp)))
@@ -374,8 +375,8 @@ class Rewriter {
     if (functions == kFunctions.end()) return refuse(Why::kUnknownPoint, line, what), 0;
     // Of a POS or FRAME that stays CELLCAL_FIX would not know, and a motion after it would begin elsewhere.
     const bool own = !functions->stay.empty() && own_.whole(module_, line.number, target.name);
-    const std::string why = left(line, target.name);
-    if (!why.empty()) result_.left.emplace(target.name, why);
+    const std::string why = left(line, name);
+    if (!why.empty()) result_.left.emplace(target.name.empty() ? what : name, why);
     if (!why.empty() || states_own_position(target.name) || own) {
       if (!functions->stay.empty()) wrap(line, target, functions->stay);
       return target.end;
@@ -429,6 +430,12 @@ class Rewriter {
 
   void relative(const Line& line) {
     const Tokens& t = line.tokens;
+    const std::string what = "line " + std::to_string(line.number), key = upper_case(what);
+    seen_.insert(key);
+    if (leave_.count(key) > 0) {
+      result_.left.emplace(what, "--leave");
+      return;
+    }
     Target target;
     const std::size_t end = expression(line, 1, target);
     const bool in_tool = std::ranges::any_of(t, [](const Token& one) { return one.is("#TOOL"); });
@@ -446,8 +453,7 @@ class Rewriter {
     if (!understood || typed_by_us(src_.text, t, 1) ||
         (target.literal && !axes && !in_tool && turns()))
       return refuse(Why::kRelativeMotion, line, t[0].word);
-    if (refuse_own(line, target.begin, target.end, target.name) ||
-        refuse_fixed_tool(line, t[0].word))
+    if (refuse_own(line, target.begin, target.end, target.name) || refuse_fixed_tool(line, what))
       return;
     std::string missing;
     std::vector<std::string> names(axes ? kAxes.begin() : kPlace.begin(),

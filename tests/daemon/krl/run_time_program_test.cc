@@ -59,6 +59,10 @@ TEST(RunTimeProgram, RefusesMotionsOfAToolThatIsFixedInTheCell) {
   EXPECT_EQ(line_of("$IPO_MODE=#TCP\r\nLIN XP1", {"XP1"}),
             "$IPO_MODE=#TCP\r\nLIN CC_STAY_POS(XP1)");
   EXPECT_EQ(
+      line_of("$IPO_MODE=#TCP\r\nLIN {X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0,S 2,T 35}", {"LINE 3"}),
+      "$IPO_MODE=#TCP\r\nLIN CC_STAY_POS({E6POS:  X 1.0,Y 2.0,Z 3.0,A 0.0,B 0.0,C 0.0,S 2,T 35})");
+  EXPECT_EQ(line_of("$IPO_MODE=#TCP\r\nLIN_REL {Z 5.0}", {"LINE 3"}), "unchanged");
+  EXPECT_EQ(
       line_of("SLIN XP1 WITH $IPO_MODE=SIPO_MODE(FB.IPO_FRAME)"),
       "SLIN CC_FIX_IN(XP1,$TOOL,$BASE,SIPO_MODE(FB.IPO_FRAME),$LOAD) WITH $IPO_MODE=SIPO_MODE(FB.IPO_FRAME)");
 }
