@@ -18,6 +18,8 @@ struct PreparedPose;
 struct Target;
 
 enum class TouchSet { kFit, kCheck };
+/// Sufficient for a calibration of most cells.
+inline constexpr int kUsualTouches = 100, kUsualChecks = 10;
 /// Name in files and interfaces: "fit", "check".
 constexpr const char* to_string(TouchSet set) { return own_name(set); }
 

@@ -77,11 +77,11 @@ enum class Criterion {
 };
 
 struct PlanOptions {
-  int fit_touches = 40;  ///< with a goal the most
+  int fit_touches = kUsualTouches;  ///< with a goal the most
   /// u95, mean over the region, for which as few touches as it is predicted to take are planned; 0:
   /// all of them.
   double goal_u95_m = 0.0;
-  int check_touches = 10;
+  int check_touches = kUsualChecks;
   unsigned seed = 1;
   double standoff_m = 0.012;  ///< an uncalibrated arm is off by up to 10 mm
   double beyond_m = 0.012;    ///< search continues this far past the nominal surface

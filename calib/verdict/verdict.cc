@@ -41,8 +41,6 @@ bool wants_touches_alone(const Verdict& verdict) {
 
 /// A session with fewer touches of each target is a first session.
 constexpr std::size_t kBegunPerTarget = 5;
-/// Sufficient for most cells; recommended after a first session.
-constexpr int kUsualTouches = 100, kUsualChecks = 10;
 
 /// Distance of the nominal tip at contact from its target's stated place; empty if not stated.
 std::optional<double> met_off_m(const Problem& problem, const Touch& touch) {

@@ -70,11 +70,8 @@ SuggestedPlaces suggest_places(const CellForm& form) {
     sphere.centre_mm.reset();
     sphere.box_mm.reset();
   }
-  constexpr int kTouches = 50;
-  calib::PlanOptions options;
-  options.fit_touches = kTouches;
   const calib::SuggestedSpheres found =
-      calib::suggest_spheres(cell_of(nowhere), options, static_cast<int>(form.spheres.size()));
+      calib::suggest_spheres(cell_of(nowhere), {}, static_cast<int>(form.spheres.size()));
   SuggestedPlaces places{form.spheres, found.plan.predicted_mean_m * calib::kMmPerM,
                          found.plan.predicted_u95_m * calib::kMmPerM};
   for (SphereForm& sphere : places.spheres) {

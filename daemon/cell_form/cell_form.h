@@ -112,7 +112,7 @@ Triple centre_below(const CellForm& form, const std::vector<double>& joint_deg, 
 
 struct SuggestedPlaces {
   std::vector<SphereForm> spheres;     ///< those of the form, with centres
-  double mean_mm = 0.0, u95_mm = 0.0;  ///< predicted after 50 touches
+  double mean_mm = 0.0, u95_mm = 0.0;  ///< predicted after 100 touches
 };
 /// Places for the form's spheres for the whole workspace (calib/plan/plan.h); stated places are
 /// not regarded. Takes seconds. Throws calib::PlanError, calib::FileError.

@@ -50,7 +50,7 @@ void add_run(CLI::App& app, int& status) {
       ->check(between(0.01, 10.0));
   command
       ->add_option("--touches", given->fit_touches,
-                   "Touches for the fit; with --goal the most, at least 5 per target [50, with "
+                   "Touches for the fit; with --goal the most, at least 5 per target [100, with "
                    "--goal 200]")
       ->check(between(4, 2000));
   command->add_flag("--find", given->find,
@@ -117,10 +117,10 @@ void add_dry_run(CLI::App& app, int& status) {
       "Before the first calibration, and after anything was moved in the cell. From stand-off to stand-off at a tenth of "
       "the\naxis speeds or less; nothing is searched. What the tip meets stops the arm and ends it. 'cellcal run' with "
       "the\nsame cell file, touches, check and seed goes the same way. Run it in T1.\n"
-      "Example: cellcal dry-run --cell cell.toml --touches 50 --check 10");
+      "Example: cellcal dry-run --cell cell.toml --touches 100 --check 10");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command
-      ->add_option("--touches", given->fit_touches.emplace(kPlannedTouches), "Touches for the fit")
+      ->add_option("--touches", given->fit_touches.emplace(calib::kUsualTouches), "Touches for the fit")
       ->capture_default_str()
       ->check(between(4, 2000));
   command->add_option("--check", given->check_touches, "Check touches")

@@ -104,13 +104,13 @@ void restore_session(Journal& journal, const RunRequest& request, Job& job) {
 
 /// Options of the request, as opposed to those of the configuration.
 void apply_request_options(const RunRequest& request, Job& job) {
-  job.options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
+  job.options.plan.fit_touches = request.fit_touches.value_or(calib::kUsualTouches);
   job.options.find = request.find;
   job.options.update = request.update;
   job.options.accept_change = request.accept_change;
   job.options.goal.u95_m = request.goal_mm.value_or(0.0) / calib::kMmPerM;
   job.options.goal.most_touches =
-      request.fit_touches.value_or(request.goal_mm ? kMostChosen : kPlannedTouches);
+      request.fit_touches.value_or(request.goal_mm ? kMostChosen : calib::kUsualTouches);
   // A fixed number of touches, whatever they contribute.
   if (!request.goal_mm) job.options.goal.worth_it = 0.0;
   job.options.region = request.region;
@@ -433,7 +433,7 @@ void check(const RunRequest& request) {
     throw RequestError("give the cell file as an absolute path, not \"" + request.cell.string() +
                        "\"");
   }
-  if (const int touches = request.fit_touches.value_or(kPlannedTouches);
+  if (const int touches = request.fit_touches.value_or(calib::kUsualTouches);
       touches < 4 || touches > kMostTouches) {
     throw RequestError("touches (fit) must be 4 to 2000, not " + std::to_string(touches));
   }

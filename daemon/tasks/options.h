@@ -33,7 +33,7 @@ constexpr std::optional<SessionKind> session_kind(std::string_view name) {
   return by_own_name<SessionKind, '-'>(name);
 }
 
-inline constexpr int kPlannedTouches = 50, kMostChosen = 200;
+inline constexpr int kMostChosen = 200;
 
 /// Request for a session.
 struct RunRequest {
@@ -45,8 +45,8 @@ struct RunRequest {
   std::vector<std::string> mastered;    ///< of a check: joints mastered anew by the calibration
   std::string load;                     ///< held in all touches: id in the cell file; empty: none
   std::filesystem::path cell;           ///< absolute; empty only when resuming or checking
-  std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen with a goal
-  int check_touches = 10;
+  std::optional<int> fit_touches;       ///< none: kUsualTouches, or at most kMostChosen with a goal
+  int check_touches = calib::kUsualChecks;
   /// Target u95 [mm], mean over the region: touches are chosen one by one until it is reached.
   std::optional<double> goal_mm;
   std::string region = "workspace";

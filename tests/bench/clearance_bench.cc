@@ -147,7 +147,9 @@ int main(int argc, char** argv) {
   if (const auto code = app.parse(argc, argv)) return *code;
   const Cell cell = load_cell(CELLCAL_DEMO_CELL), full = furnished(cell);
   const ArmModel arm(cell.robot, cell.tool);
-  const std::vector<Move> planned = moves_of(make_plan(cell, {}));
+  PlanOptions options;
+  options.fit_touches = 40;
+  const std::vector<Move> planned = moves_of(make_plan(cell, options));
   Random random(1);
   std::vector<JointVector> postures;
   std::vector<Move> drawn;

@@ -528,7 +528,7 @@ TEST_F(TheCommand, MakesOfOptionsAloneAFileThatLoadsAndPlans) {
   const Outcome made = run_program(arguments());
   ASSERT_EQ(made.status, 0) << made.err;
   EXPECT_EQ(made.err, "");
-  EXPECT_NE(made.out.find("plan of 50 touches"), std::string::npos) << made.out;
+  EXPECT_NE(made.out.find("plan of 110 touches"), std::string::npos) << made.out;
   EXPECT_NE(made.out.find("correction_limit_deg = "), std::string::npos) << made.out;
   const calib::Cell cell = calib::load_cell(cell_), demo = calib::load_cell(CELLCAL_DEMO_CELL);
   ASSERT_EQ(cell.targets.size(), demo.targets.size());

@@ -76,7 +76,7 @@ TEST_F(ARunRequest, StatesTheOptionsOfTheCommandAndItsDefaults) {
       body_of("run", {"--cell", "/c.toml", "--goal", "0.25", "--seed", "3", "--load", "L"}),
       usual("calibrate", {{"cell", "/c.toml"}, {"goal_mm", 0.25}, {"seed", 3}, {"load", "L"}}));
   EXPECT_EQ(body_of("dry-run", {"--cell", "/c.toml", "--check", "7"}),
-            usual("dry-run", {{"cell", "/c.toml"}, {"touches", 50}, {"check", 7}}));
+            usual("dry-run", {{"cell", "/c.toml"}, {"touches", 100}, {"check", 7}}));
   EXPECT_EQ(body_of("find", {"--cell", "/c.toml"}), usual("find", {{"cell", "/c.toml"}}));
   EXPECT_EQ(body_of("qualify", {"--cell", "/c.toml", "--target", "S2"}),
             usual("qualify", {{"cell", "/c.toml"}, {"target", "S2"}}));

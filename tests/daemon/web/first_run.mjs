@@ -115,7 +115,7 @@ const steps = {
   async "places the spheres where it is proposed, and shows them"() {
     const { page, form } = this;
     await form.getByRole("button", { name: "Propose places" }).click();
-    await form.getByText(/Predicted mean error \d\.\d+.mm, u95 \d\.\d+.mm, after 50 touches/).waitFor({ timeout: 120_000 });
+    await form.getByText(/Predicted mean error \d\.\d+.mm, u95 \d\.\d+.mm, after 100 touches/).waitFor({ timeout: 120_000 });
     const where = await form.locator('[name="sphere-where"]').evaluateAll((all) => all.map((one) => one.value.split(" ").map(Number)));
     assert.equal(where.length, 4);
     assert.ok(where.every((one) => one.length === 3 && one.every((mm) => mm % 10 === 0)), `${where}`);
