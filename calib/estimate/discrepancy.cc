@@ -409,37 +409,55 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
   return most;
 }
 
-double undetected_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
-                          double scatter_m) {
-  double ripple = 0.0, usual = 0.0, count = 0.0;
-  for (const auto& [touch, row] : e.posterior.linear.touch_row) {
+UndetectedErrors undetected_errors(const Problem& problem, const Estimate& e,
+                                   const Repeats& repeats) {
+  const MeanRows mean = mean_rows(problem, e.posterior.linear);
+  const bool measured = repeats.degrees_of_freedom >= kEnoughRepeats;
+  const double measured_m =
+      std::max(repeats.used_degrees > 0.0 ? repeats.used_m : 0.0, repeats.scatter_m);
+  double scatter = 0.0, ripple = 0.0, noise = 0.0, count = 0.0, postures = 0.0, freedom = 0.0;
+  for (const auto& [touch, row] : mean.linear.touch_row) {
     const Target& target =
         problem.cell().targets[problem.cell().target_index(problem.touches()[touch].target)];
+    const double usual_m = target.kind == TargetKind::kTracker ? kUsualTrackerNoiseM : kUsualNoiseM;
+    const double times = mean.times[touch];
+    for (int k = 0; k < problem.place_rows(touch); ++k) {
+      scatter += std::pow(mean.linear.residual[row + k] * problem.sigma_m(touch), 2) / times;
+      freedom += 1.0;
+    }
     ripple +=
         std::pow(e.levels.ripple_rad * problem.joint_lever_m(touch), 2) / repeats.times[touch];
-    usual += std::pow(target.kind == TargetKind::kTracker ? kUsualTrackerNoiseM : kUsualNoiseM, 2);
+    noise += std::pow(measured ? measured_m : usual_m, 2) / times;
     count += 1.0;
+    postures += times / repeats.times[touch];
   }
-  const double noise_m =
-      repeats.degrees_of_freedom >= kEnoughRepeats
-          ? std::max(repeats.used_degrees > 0.0 ? repeats.used_m : 0.0, repeats.scatter_m)
-          : std::sqrt(usual / std::max(1.0, count));
-  // (33)
-  const double rest = scatter_m * scatter_m - ripple / std::max(1.0, count) - noise_m * noise_m;
+  for (const auto& [touch, row] : e.posterior.linear.touch_row)
+    for (int k = 0; k < problem.place_rows(touch); ++k) freedom -= e.posterior.leverage[row + k];
+  freedom = std::max(freedom, 1.0);
+  noise /= std::max(1.0, count);
+  ripple /= std::max(1.0, count);
+  const double rest = scatter / freedom - ripple - noise;  // (33)
   // A remainder below this share of the noise variance may be chance.
   constexpr double kChance = 0.5;
-  return rest > kChance * noise_m * noise_m ? std::sqrt(rest) : 0.0;
+  UndetectedErrors errors;
+  if (rest > kChance * noise) errors.field_m = std::sqrt(rest);
+  // Reflectors read in one posture share its error.
+  const double by_chance = 2.0 * std::sqrt(2.0 * count / (freedom * postures)) * noise;
+  errors.shared_m = std::sqrt(std::max(rest, by_chance) + ripple);
+  return errors;
 }
 
 void widen_by_shared_errors(const Problem& problem, double rms_m, Estimate& e) {
   constexpr double kReachRad = 12.0 * kRadPerDeg;
   constexpr int kHighestOrder = 30;
+  constexpr double kMostAbsorbed = 4.0;  ///< more would make the bounds of a few poses useless
   if (!(rms_m > 0.0)) return;
   const MeanRows mean = mean_rows(problem, e.posterior.linear);
   const Eigen::Index rows = mean.linear.length_row;
-  const Eigen::MatrixXd by_rows = product(
-      e.posterior.covariance_u, Eigen::MatrixXd(mean.linear.jacobian.topRows(rows).transpose()));
-  double wanted = 0.0, is = 0.0;
+  const Eigen::MatrixXd jacobian = mean.linear.jacobian.topRows(rows);
+  const Eigen::MatrixXd by_rows =
+      product(e.posterior.covariance_u, Eigen::MatrixXd(jacobian.transpose()));
+  double wanted = 0.0, lever2 = 0.0, whole = 0.0, left = 0.0;
   for (const auto& [touch, row] : mean.linear.touch_row)
     wanted +=
         problem.place_rows(touch) * mean.times[touch] * std::pow(rms_m / problem.sigma_m(touch), 2);
@@ -449,14 +467,22 @@ void widen_by_shared_errors(const Problem& problem, double rms_m, Estimate& e) {
     sigma[k] = shares[static_cast<std::size_t>(k / 2)];
   Eigen::MatrixXd added = Eigen::MatrixXd::Zero(problem.size(), problem.size());
   for (const RowsOfJoint& one : rows_by_joint(problem, e.u, mean)) {
-    is += one.lever.squaredNorm();
+    lever2 += one.lever.squaredNorm();
     Eigen::MatrixXd waves = waves_of(one, 1, kHighestOrder) * sigma.asDiagonal();
     if (e.posterior.together.size() > 0)
       e.posterior.together.triangularView<Eigen::Lower>().solveInPlace(waves);
     const Eigen::MatrixXd moved = product(by_rows, waves);
     add_product(1.0, moved, moved.transpose(), added);
+    whole += waves.squaredNorm();
+    left += (waves - product(jacobian, moved)).squaredNorm();
   }
-  if (is > 0.0) e.posterior.covariance_u += wanted / is * added;
+  if (!(lever2 > 0.0)) return;
+  // The residuals lack what the fit absorbed: of smooth errors more than of independent ones.
+  const double absorbed =
+      (1.0 - by_rows.cwiseProduct(jacobian.transpose()).sum() / static_cast<double>(rows)) * whole /
+      std::max(left, 1e-9 * whole);
+  e.posterior.covariance_u +=
+      std::clamp(std::sqrt(std::max(0.0, absorbed)), 1.0, kMostAbsorbed) * wanted / lever2 * added;
 }
 
 Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,

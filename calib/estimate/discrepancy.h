@@ -51,11 +51,14 @@ struct IntegratedRows {
 /// reaches), less what the fit itself causes with independent errors. Repeats are not counted.
 double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_dof);
 
-/// Largest field (1 sigma per component, m) that can remain undetected where the residuals show no
-/// field: the part of `scatter_m` (rms) that neither ripple nor noise explains. The noise is that
-/// of the repeats if measured, otherwise the usual noise of the kind of target.
-double undetected_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
-                          double scatter_m);
+/// Errors of the arm (1 sigma per component, m) that residuals without a field leave possible. Noise is that of the
+/// repeats if measured, otherwise the usual noise of the kind of target; repeats count by their mean.
+struct UndetectedErrors {
+  double field_m = 0.0;   ///< (33): neither ripple nor noise
+  double shared_m = 0.0;  ///< of (33a): that, or what chance may hide, and ripple
+};
+UndetectedErrors undetected_errors(const Problem& problem, const Estimate& e,
+                                   const Repeats& repeats);
 
 /// (33a): adds to the covariance of `e` that of errors of this rms (m) which touches share where they share a joint's angle.
 /// Errors that remain undetected may be such: as independent ones they would average out in the geometry, and with it at

@@ -516,15 +516,17 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
                                             : LevelChoice::kMeanByEvidence};
   fill_fit(problem, e, likely->repeats, calibration);
   calibration.region = tracker_region(cell, touches, e.use);
+  double shared_m = calibration.discrepancy.sigma_m;
   if (!together && !options.level) {
     if (calibration.touch_noise_m > kNothingM)
       calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
-    calibration.discrepancy.sigma_m =
-        undetected_field_m(problem, e, likely->repeats, calibration.touch_noise_m);
+    const UndetectedErrors errors = undetected_errors(problem, e, likely->repeats);
+    calibration.discrepancy.sigma_m = errors.field_m;
+    shared_m = errors.shared_m;
   }
   if (!calibration.region.empty() && !options.level && options.functions &&
       !has_functions(problem.arm().robot()))
-    widen_by_shared_errors(problem, calibration.discrepancy.sigma_m, e);
+    widen_by_shared_errors(problem, shared_m, e);
   calibration.touched_loads = touched_loads(cell, touches);
   fill_accuracy(problem, e, options.region_poses, calibration);
   // Not with a discrepancy, for which they were sought before: the model error resembles moves and

@@ -208,6 +208,22 @@ TEST(Discrepancy, OfATrackerMayBeSharedByThePosesOfAJointsAngle) {
     EXPECT_GT(mean_u95_m(shared, other_side), 1.05 * mean_u95_m(apart, other_side)) << other_side;
 }
 
+TEST(Discrepancy, OfATrackerMayBeSharedWhereTheNoiseOfRepeatsHidesIt) {
+  constexpr double kNoiseM = 0.3e-3;
+  const Cell cell = testing::tracker_cell(kNoiseM);
+  Random random(5);
+  std::vector<Touch> touches;
+  for (const Touch& touch : seen_from_one_side(cell))
+    for (int k = 0; k < 3; ++k) {
+      touches.push_back(touch);
+      for (double& component : touches.back().tracker_m) component += kNoiseM * random.normal();
+    }
+  const Calibration shared = identify(cell, touches);
+  const Calibration apart = identify(cell, touches, {.functions = false});  // for comparison
+  for (const bool other_side : {false, true})
+    EXPECT_GT(mean_u95_m(shared, other_side), 1.05 * mean_u95_m(apart, other_side)) << other_side;
+}
+
 TEST(Discrepancy, IsFoundThoughSomeTouchesAreGrossErrorsThatItCouldHide) {
   for (const unsigned seed : {3u, 4u}) {
     SCOPED_TRACE(seed);
