@@ -14,6 +14,7 @@
 #include "calib/plan/bodies.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
+#include "calib/plan/finder.h"
 #include "calib/plan/online.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/positioner_plan.h"
@@ -40,8 +41,6 @@ constexpr double kSmallestUsualM = 0.030, kLargestUsualM = 0.150;
 constexpr double kFinestTouchM = 0.5e-6, kCoarsestTouchM = 2e-3;
 /// Relative tolerance within which a power of ten, or the two radii, explain a deviation.
 constexpr double kExplained = 0.05;
-/// Probability that the first search passes a sphere.
-constexpr double kMostPassed = 0.02;
 constexpr int kReachTried = 60;  // candidates tried; plans need far fewer
 
 double sigma_of(const Target& target) {
@@ -255,14 +254,12 @@ void check_reach(const Cell& cell, std::vector<CellFault>& faults) {
   }
 }
 
-/// A search towards the stated centre passes the sphere where the true one is farther aside than the radius of sphere
-/// and tip; of a centre known to sigma in each direction with the probability exp(-radius^2 / (2 sigma^2)).
 void check_centre_sigmas(const Cell& cell, std::vector<CellFault>& faults) {
   for (const Target& target : cell.targets) {
     if (target.kind != TargetKind::kSphere || !target.has_centre) continue;
     if (target.diameter_m < kThinnestSphereM) continue;  // in metres
     const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
-    const double most_m = radius / std::sqrt(-2.0 * std::log(kMostPassed));
+    const double most_m = most_centre_sigma_m(radius);
     if (target.centre_sigma_m > most_m)
       faults.push_back({Kind::kRoughCentre, false, {target.id}, target.centre_sigma_m, most_m});
   }

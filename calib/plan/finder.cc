@@ -28,6 +28,11 @@ bool must_find(const Cell& cell) {
 
 double found_sigma_m(double arm_sigma_m) { return 1.25 * arm_sigma_m; }
 
+double most_centre_sigma_m(double radius_m) {
+  constexpr double kMostPassed = 0.02;
+  return radius_m / std::sqrt(-2.0 * std::log(kMostPassed));
+}
+
 namespace {
 
 using Eigen::Vector3d;
@@ -480,6 +485,12 @@ Finder::Finder(const Cell& cell, const PlanOptions& options, bool all,
 std::optional<std::size_t> Finder::seeking() const {
   const Sought* one = impl_->current();
   return one == nullptr ? std::nullopt : std::optional(one->target);
+}
+
+double Finder::centre_sigma_m(std::size_t target) const {
+  const auto one = std::ranges::find(impl_->sought, target, &Sought::target);
+  const double least_m = found_sigma_m(impl_->arm_sigma_m);
+  return one == impl_->sought.end() ? least_m : std::max(least_m, one->sigma_m);
 }
 
 bool Finder::done() const { return impl_->current() == nullptr; }

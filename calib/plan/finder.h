@@ -12,8 +12,8 @@
 // stays near the place that is opposite to the sphere (Finder::Impl::near_it).
 //
 // Found: at least six touches (the estimate starts with five of each sphere), the centre within
-// found_sigma_m (1 sigma, any direction) for a nominal arm with its error (arm_sigma_m), and no touch
-// off the fitted sphere by more than kOffSigmas of that.
+// found_sigma_m (1 sigma, any direction) for a nominal arm with its error (arm_sigma_m), after twelve
+// within Sought::enough_m(), and no touch off the fitted sphere by more than kOffSigmas of that.
 
 #include <optional>
 #include <string>
@@ -28,6 +28,9 @@ namespace cellcal::calib {
 
 /// Of a found centre, 1 sigma: 2.5 mm, in proportion to the error of a large arm.
 double found_sigma_m(double arm_sigma_m);
+/// Largest sigma of a centre for touches: a search towards it passes the sphere where the true one is farther aside than the
+/// radius of sphere and tip, with the probability exp(-radius^2 / (2 sigma^2)).
+double most_centre_sigma_m(double radius_m);
 
 /// True if a sphere's place is not known.
 bool must_find(const Cell& cell);
@@ -65,6 +68,8 @@ class Finder {
   const Cell& here() const;
   Cell located() const;
   const std::vector<double>& positioner_rad() const;
+  /// Largest 1 sigma of a located centre, by the arm's error and its touches; `target`: index into the cell.
+  double centre_sigma_m(std::size_t target) const;
   /// The sphere being searched for, index into the cell.
   std::optional<std::size_t> seeking() const;
   /// From the end of the last search to a posture from which another Finder can begin without this

@@ -97,8 +97,7 @@ PlanError too_uncertain(const Sought& one, const std::string& id) {
                          ? "Give the arm more room around it, or measure its centre and state it "
                            "as centre_mm"
                          : "Measure its centre and state it as centre_mm";
-  const double u_mm = 2e3 * one.sigma_m,
-               limit_mm = 2e3 * found_sigma_m(one.particles.arm_sigma_m());
+  const double u_mm = 2e3 * one.sigma_m, limit_mm = 2e3 * one.enough_m();
   const int decimals = decimals_apart(u_mm, limit_mm, 1);
   return {
       PlanError::Kind::kNotFound, id,
@@ -280,8 +279,8 @@ void Sought::touched(const Vector3d& from, const Vector3d& tip, const Target& st
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information, Eigen::EigenvaluesOnly);
   sigma_m = 1.0 / std::sqrt(solver.eigenvalues()[0]);
-  found = tips.size() >= kLeastHits && !particles.empty() &&
-          sigma_m <= found_sigma_m(arm_sigma_m) && off <= most_off_m;
+  found =
+      tips.size() >= kLeastHits && !particles.empty() && sigma_m <= enough_m() && off <= most_off_m;
   if (found || tips.size() < kMostHits) return;
   if (off <= most_off_m) throw too_uncertain(*this, stated.id);
   throw PlanError(
@@ -289,6 +288,14 @@ void Sought::touched(const Vector3d& from, const Vector3d& tip, const Target& st
       fmt::format("the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. {}",
                   stated.id, stated.diameter_m * kMmPerM, off * kMmPerM,
                   advice_after_touches(arm_sigma_m)));
+}
+
+/// Further touches that no other direction allows add little: then any centre that touches of the calibration would not miss.
+double Sought::enough_m() const {
+  constexpr double kDeepM = 0.004;  ///< three of these within the depth of a search
+  const double found_m = found_sigma_m(particles.arm_sigma_m());
+  if (tips.size() < kMostHits) return found_m;
+  return std::max(found_m, std::min(kDeepM, most_centre_sigma_m(radius_m)));
 }
 
 void Sought::shrink_ball() {

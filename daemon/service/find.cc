@@ -11,8 +11,8 @@ namespace {
 
 FoundSpheres found_spheres(const calib::Cell& cell, const std::vector<calib::Touch>& made,
                            const calib::PlanOptions& options) {
-  const calib::Cell located = calib::Finder(cell, options, true, made).located();
-  const double sigma_m = calib::found_sigma_m(calib::arm_sigma_m(cell));
+  const calib::Finder finder(cell, options, true, made);
+  const calib::Cell located = finder.located();
   FoundSpheres all;
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const calib::Target& stated = cell.targets[t];
@@ -24,7 +24,7 @@ FoundSpheres found_spheres(const calib::Cell& cell, const std::vector<calib::Tou
       sphere.on = cell.robot.positioner.at(static_cast<std::size_t>(stated.carried_by) - 1).name;
       sphere.taught_rad = located.targets[t].taught_rad;
     }
-    sphere.u_m = 2.0 * sigma_m;  // k = 2; criterion of the finder (finder.h)
+    sphere.u_m = 2.0 * finder.centre_sigma_m(t);
     sphere.touches = static_cast<int>(std::ranges::count(made, stated.id, &calib::Touch::target));
     if (stated.has_centre) sphere.moved_m = (sphere.centre_m - stated.centre_m).norm();
   }

@@ -13,7 +13,7 @@ namespace cellcal::daemon {
 
 enum class FailureKind {
   kPlan,               ///< no plan, or no clear path from the arm's position
-  kNotFound,           ///< a sphere is not at its place in the cell file, or cannot be located
+  kNotFound,           ///< a sphere cannot be located
   kPlanChanged,        ///< resumed, but the stored inputs no longer reproduce the stored plan
   kDevice,             ///< a device or address could not be opened
   kLinkNotReady,       ///< robot or contact sensor did not become ready in time

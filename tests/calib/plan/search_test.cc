@@ -105,6 +105,32 @@ TEST(Sought, WhoseTouchesLieOnNoSphereNamesTheArmAsACause) {
   }
 }
 
+TEST(Sought, KnownRoughlyFromAllTouchesThatFitIsFoundWhereACalibrationMeetsIt) {
+  constexpr double kRadiusM = 0.020;
+  const auto touched = [](double up, int touches) {
+    Target target;
+    target.id = "S1";
+    target.has_centre = true;
+    target.diameter_m = 2.0 * kRadiusM;
+    target.centre_sigma_m = 0.005;
+    Sought one{0, kRadiusM, Eigen::Isometry3d::Identity(),
+               CentreParticles(target, kRadiusM, kLeastArmSigmaM, 1)};
+    for (int k = 0; k < touches; ++k) {
+      const Vector3d side = Vector3d(std::cos(0.524 * k), std::sin(0.524 * k), up).normalized();
+      one.touched(0.1 * side, kRadiusM * side, target);
+    }
+    return one;
+  };
+  const Sought before = touched(0.15, 11), found = touched(0.15, 12);
+  EXPECT_FALSE(before.found);
+  EXPECT_TRUE(found.found);
+  EXPECT_GT(found.sigma_m, found_sigma_m(kLeastArmSigmaM));
+  EXPECT_LT(found.sigma_m, 0.004);
+  const auto error = testing::thrown<PlanError>([&] { (void)touched(0.0, 12); });
+  EXPECT_NE(std::string(error.what()).find("after 12 touches, limit 8.0 mm"), std::string::npos)
+      << error.what();
+}
+
 TEST(CentreParticles, OfABoxWithoutExtentHaveASpreadOfTheirPrior) {
   Target target;
   target.has_box = true;
