@@ -7,6 +7,7 @@
 
 #include "calib/plan/centre_particles.h"
 #include "calib/plan/pool.h"
+#include "calib/plan/finder.h"
 #include "calib/plan/search_line.h"
 #include "calib/plan/track.h"
 #include "tests/calib/plan/find_drive.h"
@@ -107,7 +108,7 @@ TEST(Sought, WhoseTouchesLieOnNoSphereNamesTheArmAsACause) {
 
 TEST(Sought, KnownRoughlyFromAllTouchesThatFitIsFoundWhereACalibrationMeetsIt) {
   constexpr double kRadiusM = 0.020;
-  const auto touched = [](double up, int touches) {
+  const auto touched = [kRadiusM](double up, int touches) {
     Target target;
     target.id = "S1";
     target.has_centre = true;
