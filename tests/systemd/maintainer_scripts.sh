@@ -6,13 +6,14 @@ control=$1/systemd/package/control
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$work/bin" "$work/root/run/systemd/system"
-for program in deb-systemd-invoke deb-systemd-helper systemctl systemd-sysusers udevadm cellcal; do
+for program in deb-systemd-invoke deb-systemd-helper systemctl systemd-sysusers udevadm cellcal cellcald; do
   cat >"$work/bin/$program" <<'SH'
 #!/bin/sh
 name=${0##*/}
 echo "$name $*" >>"$CALLS"
 case "$name $*" in
   'systemctl --quiet is-active '*) [ "$SERVICE" != stopped ] ;;
+  'cellcald --check') [ "$SERVICE" != refused ] || { echo 'cellcald.toml: unknown key'; exit 2; } ;;
   'cellcal status --json') [ "$SERVICE" = running ] && echo '{"running":true}' || echo '{"running":false}' ;;
 esac
 SH
@@ -56,6 +57,18 @@ call running preinst upgrade 0.1.0-1
 call running postinst configure 0.1.0-1
 service_is left "upgraded in mid-session"
 grep -q 'NOT restarted' "$work/out" || { echo "maintainer_scripts: it does not say so" >&2; failed=1; }
+
+call refused preinst upgrade 0.1.0-1
+call refused postinst configure 0.1.0-1
+service_is left "upgraded while idle, with a configuration that the new version refuses"
+grep -q 'unknown key' "$work/out" || { echo "maintainer_scripts: it does not name the fault" >&2; failed=1; }
+
+mkdir -p "$work/root/etc/systemd/system/timers.target.wants"
+ln -s /lib/systemd/system/cellcal-check.timer "$work/root/etc/systemd/system/timers.target.wants/"
+call stopped postrm purge
+[ ! -L "$work/root/etc/systemd/system/timers.target.wants/cellcal-check.timer" ] ||
+  { echo "maintainer_scripts: purging leaves the link of an enabled unit" >&2; failed=1; }
+rm -f "$work/calls"
 
 call stopped postinst abort-remove in-favour other 1
 service_is started "not removed after all"
