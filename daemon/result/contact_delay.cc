@@ -31,11 +31,13 @@ std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, 
     delays.push_back((touch.fast_m - touch.slow_m) / difference);
   ContactDelay result;
   result.touches = static_cast<int>(delays.size());
-  result.delay_s = calib::median(delays);
+  result.delay_s = calib::median_between(delays);
   for (double& delay : delays) delay = std::abs(delay - result.delay_s);
-  // For a normal distribution: sigma from the median absolute deviation, and that of the median of n values.
-  result.sigma_s = calib::kMadToSigma * calib::median(delays) *
-                   std::sqrt(std::numbers::pi / 2.0 / result.touches);
+  // For a normal distribution: sigma from the median absolute deviation, and that of the median of n values. The deviation of
+  // few is itself uncertain: with 1 + 5 / n two sigmas hold 93 % of 5 values, 95 % of 6 and 7, 96 % of 8 and more.
+  const double n = result.touches;
+  result.sigma_s = calib::kMadToSigma * calib::median_between(delays) *
+                   std::sqrt(std::numbers::pi / 2.0 / n) * (1.0 + 5.0 / n);
   return result;
 }
 

@@ -138,7 +138,7 @@ Phrase phrase(QualificationFinding finding, const Qualification& q) {
     case QualificationFinding::kNoiseAboveStated:
       return {id,
               {{"noise", kMmPerM * q.noise_m->value},
-               {"sigma", kMmPerM * q.noise_m->sigma},
+               {"u", 2.0 * kMmPerM * q.noise_m->sigma},
                {"stated", kMmPerM * q.stated.touch_sigma_m},
                {"set", stated(kMmPerM * q.noise_m->value, 3)}}};
     case QualificationFinding::kOvertravelTooLong:
@@ -146,15 +146,15 @@ Phrase phrase(QualificationFinding finding, const Qualification& q) {
     case QualificationFinding::kDelayNotAsStated:
       return {id,
               {{"delay", kMsPerS * q.delay->delay_s},
-               {"sigma", kMsPerS * q.delay->sigma_s},
+               {"u", 2.0 * kMsPerS * q.delay->sigma_s},
                {"stated", kMsPerS * q.stated.delay_s},
-               {"stated_sigma", kMsPerS * q.stated.delay_sigma_s},
+               {"stated_u", 2.0 * kMsPerS * q.stated.delay_sigma_s},
                {"set", stated(kMsPerS * q.delay->delay_s, 2)},
                {"set_sigma", stated(kMsPerS * std::max(q.delay->sigma_s, 1e-5), 2)}}};
     case QualificationFinding::kRadiusNotAsStated:
       return {id,
               {{"mm", kMmPerM * q.radius_offset_m->value},
-               {"sigma", kMmPerM * q.radius_offset_m->sigma},
+               {"u", 2.0 * kMmPerM * q.radius_offset_m->sigma},
                {"target", q.target}}};
   }
   return {};
@@ -192,7 +192,7 @@ std::vector<Phrase> phrases(const Qualification& q) {
       {"say.qualify.touches", {{"n", q.touches}, {"target", q.target}, {"places", q.places}}}};
   lines.push_back(q.noise_m
                       ? Phrase("say.qualify.noise", {{"mm", kMmPerM * q.noise_m->value},
-                                                     {"sigma", kMmPerM * q.noise_m->sigma},
+                                                     {"u", 2.0 * kMmPerM * q.noise_m->sigma},
                                                      {"stated", kMmPerM * q.stated.touch_sigma_m}})
                       : "say.qualify.noise.unknown");
   for (const Overtravel& o : q.overtravel)
@@ -203,13 +203,13 @@ std::vector<Phrase> phrases(const Qualification& q) {
                       {"speed", kMmPerM * o.speed_m_s}}});
   lines.push_back(
       q.delay ? Phrase("say.qualify.delay", {{"ms", kMsPerS * q.delay->delay_s},
-                                             {"sigma", kMsPerS * q.delay->sigma_s},
+                                             {"u", 2.0 * kMsPerS * q.delay->sigma_s},
                                              {"stated", kMsPerS * q.stated.delay_s},
-                                             {"stated_sigma", kMsPerS * q.stated.delay_sigma_s}})
+                                             {"stated_u", 2.0 * kMsPerS * q.stated.delay_sigma_s}})
               : "say.qualify.delay.unknown");
   lines.push_back(q.radius_offset_m ? Phrase("say.qualify.radius",
                                              {{"mm", kMmPerM * q.radius_offset_m->value},
-                                              {"sigma", kMmPerM * q.radius_offset_m->sigma}})
+                                              {"u", 2.0 * kMmPerM * q.radius_offset_m->sigma}})
                                     : "say.qualify.radius.unknown");
   lines.push_back(
       {"say.qualify.stop", {{"ms", kMsPerS * q.reaction_worst_s}, {"n", q.bounces_worst}}});

@@ -79,7 +79,7 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
     status.waiting = waiting_of(state, job.backend->clock().now());
   if (state.plan) {
     status.total = std::max(state.total(), status.done);
-    if (state.current_index() < state.plan->touches.size()) status.target = state.planned().target;
+    if (const calib::PlannedTouch* touch = state.at_hand()) status.target = touch->target;
     if (const auto fault = calib::fault_of(job.cell, *state.plan))
       status.warnings.push_back(phrase(*fault));
   }

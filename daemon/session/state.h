@@ -132,6 +132,12 @@ struct State {
   /// Index of the current touch in the plan.
   std::size_t current_index() const { return one_by_one ? 0 : done; }
   const calib::PlannedTouch& planned() const { return plan->touches.at(current_index()); }
+  /// The touch that the arm is at, or leaves: during its retreat it is done already. Null without one.
+  const calib::PlannedTouch* at_hand() const {
+    const std::size_t left = phase == Phase::kRetreat && !one_by_one && done > 0 ? 1 : 0;
+    const std::size_t index = current_index() - left;
+    return plan && index < plan->touches.size() ? &plan->touches[index] : nullptr;
+  }
   /// Touches of the whole session, as far as foreseeable.
   std::size_t total() const {
     if (one_by_one)

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "calib/model/linear.h"
+
 namespace cellcal::daemon {
 namespace {
 
@@ -34,6 +36,25 @@ TEST(TheDelayOfTheLatch, IsTheSlopeOfDepthOverSpeed) {
 
 TEST(TheDelayOfTheLatch, IsSaidWithItsExpandedUncertainty) {
   EXPECT_EQ(in_words({0.00384, 0.00249, 12}), "3.84 ± 4.98 ms (k=2) of 12 touches");
+}
+
+TEST(TheDelayOfTheLatch, OfFewTouchesIsUnbiasedAndWithinItsExpandedUncertainty) {
+  calib::Random random(3);
+  for (const int count : {5, 6, 8, 12, 13, 40}) {
+    SCOPED_TRACE(count);
+    constexpr int kRuns = 4000;
+    double sum_s = 0.0, inside = 0.0;
+    for (int run = 0; run < kRuns; ++run) {
+      std::vector<FastAndSlow> made = touches(count, 0.0, 0.0);
+      for (FastAndSlow& touch : made) touch.fast_m += 8e-6 * random.normal();  // 1 ms
+      const auto delay = contact_delay(made, kFast, kSlow);
+      sum_s += delay->delay_s / kRuns;
+      inside += std::abs(delay->delay_s) < 2.0 * delay->sigma_s ? 1.0 / kRuns : 0.0;
+    }
+    EXPECT_NEAR(sum_s, 0.0, 0.04e-3);
+    EXPECT_GT(inside, 0.915);
+    EXPECT_LT(inside, 0.985);
+  }
 }
 
 TEST(TheDelayOfTheLatch, IsNoWorseThanItSaysWithNoiseAndATouchThatSlipped) {

@@ -100,11 +100,13 @@ TEST(AWalk, ThroughOneTouchAndHome) {
   expect_move(walk, MoveKind::kRetreat, 0.20, 0.0, 3 * kWaypointS);
   expect_vias(walk, {{0.09, 0.15, 0.25}, {0.15, 0.1, 0.2}});
   EXPECT_EQ(walk.state.done, 1u);
+  EXPECT_EQ(walk.state.at_hand(), &walk.state.plan->touches[0]) << "the arm leaves it";
   EXPECT_FALSE(walk.state.first);
   EXPECT_TRUE(walk.state.slow.empty());
 
   // The second one, and the return.
   walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.at_hand(), &walk.state.plan->touches[1]);
   walk.on(EventKind::kArmed);
   expect_move(walk, MoveKind::kSearch, 0.218, 1.8, 3 * 1.8 + 10);
   walk.contact(0.21, 0.2102);

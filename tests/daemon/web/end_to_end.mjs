@@ -545,17 +545,19 @@ const steps = {
     await leave(page);
   },
 
-  async "states of the links what was measured, and nothing of a silent sensor or of replies that there are none of"() {
+  async "states of the links what was measured, what they lack, and nothing of a silent sensor or of replies that there are none of"() {
     const page = await open();
-    const links = (now) => ({ ...now, robot: { ...now.robot, packets: 9, replies: 0, late: 0 },
+    const lacking = "1 of 9 packets lost. Check the cable";
+    const links = (now) => ({ ...now, open: true, robot: { ...now.robot, packets: 9, replies: 0, late: 0 },
       contact: { ...now.contact, frames: 9, in_contact: null, loop_ok: null, round_trip_ms: null, clock_sigma_us: null } });
     await page.route("**/v1/events*", (route) => route.abort());
     await page.route("**/v1/status", async (route) => {
       const status = await (await route.fetch()).json();
-      return route.fulfill({ json: { ...status, links: links(status.links) } });
+      return route.fulfill({ json: { ...status, robot: lacking, links: links(status.links) } });
     });
     await page.reload();
     const card = page.locator("section", { has: page.locator("#links-title") });
+    await card.getByText(lacking).waitFor(LONG);
     await card.getByText("Loop").waitFor(LONG);
     const words = await card.innerText();
     for (const unknown of ["Contact", "Loop", "Round trip", "Clock"]) assert.match(words, new RegExp(`${unknown}[^\\n]*\\n–`), words);

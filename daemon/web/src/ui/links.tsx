@@ -1,7 +1,8 @@
 // Quality of the links to robot and sensor.
 
 import type { ContactLink, RobotLink, Status } from "../types";
-import { useVoice } from "./context";
+import type { Language } from "../words";
+import { useTranslated, useVoice } from "./context";
 import { Figure } from "./progress";
 
 const some = (count: number | null) => (count ?? 0) > 0;
@@ -14,52 +15,71 @@ const contact_is_good = (link: ContactLink, words: string) =>
   words === "" && link.loop_ok !== false && link.self_test_ok !== false && !some(link.crc_errors) && !some(link.gaps) &&
   !heartbeat_is_late(link);
 
+/** Words of the daemon on what a link lacks and what to do; empty where it lacks nothing. */
+interface Lack {
+  words: string;
+  lang: Language;
+  old: boolean;
+}
+
 export function LinksPanel({ status, old }: { status: Status | null; old: boolean }) {
   const { say } = useVoice();
-  const links = status?.links;
   return (
     <section class="panel" aria-labelledby="links-title" data-old={old}>
       <h2 id="links-title">{say("links")}</h2>
-      {!links && <p class="note">{say("links.none")}</p>}
-      {links && !links.open && <p class="note">{say("links.closed")}</p>}
-      {links && <Robot link={links.robot} words={links.open ? status.robot : ""} old={old} />}
-      {links && <Contact link={links.contact} words={links.open ? status.contact : ""} old={old} />}
+      {status?.links ? <Links status={status} links={status.links} old={old} /> : <p class="note">{say("links.none")}</p>}
     </section>
   );
 }
 
-function Heading({ name, good, old }: { name: string; good: boolean; old: boolean }) {
+function Links({ status, links, old }: { status: Status; links: NonNullable<Status["links"]>; old: boolean }) {
   const { say } = useVoice();
-  return (
-    <h3>
-      {name}{" "}
-      {!old && (
-        <span class="badge" data-good={good}>
-          <span aria-hidden="true">{good ? "✔" : "▲"}</span> {say(good ? "links.ok" : "links.warn")}
-        </span>
-      )}
-    </h3>
-  );
-}
-
-/** Before the first packet there are no figures, only initial values. */
-function Silent({ name, old }: { name: string; old: boolean }) {
-  const { say } = useVoice();
+  const lacking = links.open && (status.robot !== "" || status.contact !== "");
+  const [told, lang] = useTranslated(status, lacking);
   return (
     <>
-      <Heading name={name} good={false} old={old} />
-      <p class="note">{say("links.silent")}</p>
+      {!links.open && <p class="note">{say("links.closed")}</p>}
+      <Robot link={links.robot} lack={{ words: lacking ? told.robot : "", lang, old }} />
+      <Contact link={links.contact} lack={{ words: lacking ? told.contact : "", lang, old }} />
     </>
   );
 }
 
-function Robot({ link, words, old }: { link: RobotLink; words: string; old: boolean }) {
+function Heading({ name, good, lack: { words, lang, old } }: { name: string; good: boolean; lack: Lack }) {
+  const { say } = useVoice();
+  return (
+    <>
+      <h3>
+        {name}{" "}
+        {!old && (
+          <span class="badge" data-good={good}>
+            <span aria-hidden="true">{good ? "✔" : "▲"}</span> {say(good ? "links.ok" : "links.warn")}
+          </span>
+        )}
+      </h3>
+      {!old && words !== "" && <p class="note" lang={lang}>{words}</p>}
+    </>
+  );
+}
+
+/** Before the first packet there are no figures, only initial values. */
+function Silent({ name, lack }: { name: string; lack: Lack }) {
+  const { say } = useVoice();
+  return (
+    <>
+      <Heading name={name} good={false} lack={lack} />
+      {(lack.old || lack.words === "") && <p class="note">{say("links.silent")}</p>}
+    </>
+  );
+}
+
+function Robot({ link, lack }: { link: RobotLink; lack: Lack }) {
   const { say, fmt } = useVoice();
-  if (!some(link.packets)) return <Silent name={say("links.robot")} old={old} />;
+  if (!some(link.packets)) return <Silent name={say("links.robot")} lack={lack} />;
   const late = say("links.late.of", { late: fmt.whole(link.late), replies: fmt.whole(link.replies) });
   return (
     <>
-      <Heading name={say("links.robot")} good={robot_is_good(link, words)} old={old} />
+      <Heading name={say("links.robot")} good={robot_is_good(link, lack.words)} lack={lack} />
       <dl class="figures">
         <Figure name={say("links.mode")} value={link.mode === "unknown" ? "–" : link.mode} />
         <Figure name={say("links.override")} value={link.override_percent === null ? "–" : `${fmt.whole(link.override_percent)} %`} />
@@ -74,9 +94,9 @@ function Robot({ link, words, old }: { link: RobotLink; words: string; old: bool
   );
 }
 
-function Contact({ link, words, old }: { link: ContactLink; words: string; old: boolean }) {
+function Contact({ link, lack }: { link: ContactLink; lack: Lack }) {
   const { say, fmt } = useVoice();
-  if (!some(link.frames)) return <Silent name={say("links.contact")} old={old} />;
+  if (!some(link.frames)) return <Silent name={say("links.contact")} lack={lack} />;
   const heartbeat = say("links.heartbeat.of", {
     worst: fmt.ms(link.late_ms.worst), limit: fmt.ms(link.late_ms.limit),
   });
@@ -85,7 +105,7 @@ function Contact({ link, words, old }: { link: ContactLink; words: string; old: 
     : say(link.in_contact ? "links.contact.closed" : "links.contact.open");
   return (
     <>
-      <Heading name={say("links.contact")} good={contact_is_good(link, words)} old={old} />
+      <Heading name={say("links.contact")} good={contact_is_good(link, lack.words)} lack={lack} />
       <dl class="figures">
         <Figure name={say("links.contact.now")} value={contact} />
         <Figure name={say("links.loop")} value={loop} bad={link.loop_ok === false} />
