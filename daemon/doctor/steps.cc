@@ -157,8 +157,14 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
     evidence.first = StepEvidence{true, {}, record.id};  // the oldest stays
     if (!evidence.calibration) evidence.calibration = calibrated(*record.outcome, record.id);
   }
-  if (const auto used = in_use(journal, evidence.cell); used && !used->calibration)
-    evidence.calibration = StepEvidence{false, used->trouble, used->session};
+  if (const auto used = in_use(journal, evidence.cell)) {
+    if (!used->calibration)
+      evidence.calibration = StepEvidence{false, used->trouble, used->session};
+    else if (evidence.calibration && evidence.calibration->good &&
+             !is_of(journal, used->session, text))
+      evidence.calibration = StepEvidence{
+          false, {"say.doctor.changed_since", {{"session", used->session}}}, used->session};
+  }
   // A complete calibration proves that all targets are reachable; spheres to be located have no paths yet.
   if (!evidence.dry_run) evidence.dry_run = evidence.first;
   if (!evidence.dry_run && evidence.centred < evidence.spheres)

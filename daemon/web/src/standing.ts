@@ -116,7 +116,10 @@ export function standing_line(seen: {
   // Without the versions the accuracy is not known, which is not an accuracy that is not stated.
   if (!drift || !versions) return { state: "pending", headline: say("standing.pending"), more: [], action: null };
   if (drift?.checks) {
-    const { calibration } = drift.checks;
+    const { calibration, calibrated } = drift.checks;
+    // Checks of the calibration would be refused.
+    if (readiness?.steps.some((one) => one.step === "calibration" && one.state === "wrong" && one.session === calibration))
+      return { state: "unknown", headline: say("standing.unlike", { date: fmt.day(calibrated) }), more: [say("standing.unlike.do")], action: "calibrate" };
     return of_chart(drift.checks, versions.find((one) => one.session === calibration), seen.cell, seen.now, now_s, say, fmt);
   }
   if (versions.length > 0)

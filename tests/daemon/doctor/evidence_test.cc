@@ -252,6 +252,21 @@ TEST_F(ACell, WhoseCalibrationInUseCannotBeUsedIsNotCalibratedThoughAnOlderOneCa
       << words(evidence.calibration->words);
 }
 
+TEST_F(ACell, WhoseFileChangedSinceItsCalibrationIsNotCalibrated) {
+  examined(Outcome::kOk);
+  session(SessionKind::kQualify, Ending::kDone, "passed");
+  const auto published = session(SessionKind::kCalibrate, Ending::kDone, kPublish);
+  EXPECT_EQ(next(), "none");
+  write(text + "\n# another table\n");
+  examined(Outcome::kOk);
+  EXPECT_EQ(next(), "calibration");
+  EXPECT_EQ(evidence.calibration->session, published);
+  EXPECT_NE(words(evidence.calibration->words).find("changed since session"), std::string::npos);
+  write(text);
+  examined(Outcome::kOk);
+  EXPECT_EQ(next(), "none");
+}
+
 TEST_F(ACell, HasNoPartInWhatAnotherCellFileCameTo) {
   session(SessionKind::kQualify, Ending::kDone, "passed");
   session(SessionKind::kCalibrate, Ending::kDone, kPublish);

@@ -47,6 +47,15 @@ test("a calibration that holds says how good it is, since when, and when it is t
   assert.match(german.headline.replace(/\u00a0/g, " "), /^Kalibrierung vom 25\. Nov\.? gilt: TCP ±0,10 mm \(95 %\) nahe den Kugeln, geprüft vor 2 Std\.$/);
 });
 
+test("a calibration whose cell file has changed since is unknown and is made anew", () => {
+  const readiness = (more: object) => decode.readiness({ steps: [{ step: "calibration", state: "wrong", words: "changed", session: 7, ...more }] });
+  const got = line(checks(), [version()], "en", { readiness: readiness({}) });
+  assert.deepEqual([got.state, got.action], ["unknown", "calibrate"]);
+  assert.match(got.headline, /the cell file or its robot file has changed since$/);
+  for (const other of [{ state: "done" }, { session: 6 }])
+    assert.equal(line(checks(), [version()], "en", { readiness: readiness(other) }).state, "holds");
+});
+
 test("nothing is to be done only while nothing runs, nothing has failed and the daemon answers", () => {
   const told = (now: Now, chart: Record<string, unknown> | null = checks()) => line(chart, chart ? [version()] : [], "en", { now }).more.join(" ");
   assert.match(told("running"), /^Wait for the session\. Check once per shift\. Without one the state becomes unknown on 11\u00a0Dec\.$/);
