@@ -25,6 +25,7 @@
 #include "daemon/cli/new_cell.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/on_positioner.h"
+#include "daemon/krl/controller_view.h"
 
 namespace cellcal::daemon {
 
@@ -66,15 +67,6 @@ calib::FlangeLoad flange_load(const std::vector<std::string>& given) {
   return {values[0], Eigen::Vector3d(values[1], values[2], values[3]) / calib::kMmPerM};
 }
 
-/// Heaviest that was on the flange in touches.
-double touched_mass_kg(const calib::Calibration& calibration) {
-  double held_kg = 0.0;
-  for (const calib::Load& load : calibration.cell.loads)
-    if (std::ranges::find(calibration.touched_loads, load.id) != calibration.touched_loads.end())
-      held_kg = std::max(held_kg, load.mass_kg);
-  return calib::load_of_tools(calibration.cell).mass_kg + held_kg;
-}
-
 /// The calibration with one of the cell's tools by its id, or with another TCP on all their masses.
 calib::Calibration with_named_tool(const calib::Calibration& calibration,
                                    const std::string& given) try {
@@ -98,10 +90,7 @@ calib::Calibration with_load(const calib::Calibration& calibration,
   if (given.empty()) return calibration;
   if (given.size() > 1) {
     const calib::FlangeLoad load = flange_load(given);
-    const double touched_kg = touched_mass_kg(calibration);
-    constexpr double kMuchMore = 2.0;
-    if (load.mass_kg > kMuchMore * touched_kg)
-      warn({"say.cli.load.heavier", {{"load", load.mass_kg}, {"touched", touched_kg}}});
+    if (const auto heavier = krl::heavier_than_touched(calibration, load.mass_kg)) warn(*heavier);
     return calib::with_load(calibration, load);
   }
   const auto& loads = calibration.cell.loads;

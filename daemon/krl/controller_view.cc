@@ -174,6 +174,23 @@ bool ControllerViews::counts_for_the_cells(int number, const Eigen::Isometry3d& 
   return true;
 }
 
+std::optional<calib::Phrase> heavier_than_touched(const calib::Calibration& c, double mass_kg) {
+  constexpr double kMuchMore = 2.0;
+  double held_kg = 0.0;
+  for (const calib::Load& load : c.cell.loads)
+    if (std::ranges::find(c.touched_loads, load.id) != c.touched_loads.end())
+      held_kg = std::max(held_kg, load.mass_kg);
+  const double touched_kg = calib::load_of_tools(c.cell).mass_kg + held_kg;
+  if (mass_kg <= kMuchMore * touched_kg) return std::nullopt;
+  return calib::Phrase("say.cli.load.heavier", {{"load", mass_kg}, {"touched", touched_kg}});
+}
+
+double ControllerViews::borne_kg(const Frames& frames) const {
+  const std::optional<LoadRef> other = frames.other_load();
+  const auto at = borne_kg_.find(key_of(*frames.tool) + (other ? key_of(*other) : ""));
+  return at == borne_kg_.end() ? 0.0 : at->second;
+}
+
 ControllerView* ControllerViews::of(const Frames& frames) {
   const FrameRef& tool = *frames.tool;
   const std::optional<LoadRef> other = frames.other_load();
@@ -186,6 +203,7 @@ ControllerView* ControllerViews::of(const Frames& frames) {
   const bool another = !other && load && counts_for_the_cells(tool.number, *frame, *load);
   auto& view = views_[key];
   view = std::make_unique<ControllerView>(calibration_, *frame, load, other || another);
+  if (view->is_the_cells() && (other || another) && load) borne_kg_[key] = load->mass_kg;
   used_.push_back({tool.literal ? -1 : tool.number, view->is_the_cells(),
                    view->is_the_cells() || load.has_value(),
                    other     ? other->number

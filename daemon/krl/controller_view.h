@@ -84,6 +84,9 @@ std::optional<Eigen::Isometry3d> frame_of_ref(const FrameRef& ref,
 std::optional<LoadData> load_of(const Data& data, int number);
 std::optional<LoadData> load_of(const Data& data, const LoadRef& load);
 
+/// Warning that a bound relies on compliances found with far less mass on the flange.
+std::optional<calib::Phrase> heavier_than_touched(const calib::Calibration& c, double mass_kg);
+
 /// One view per tool and load of a program, created on first use. Keeps references to both.
 class ControllerViews {
  public:
@@ -94,6 +97,9 @@ class ControllerViews {
   const std::vector<ToolUsed>& used() const { return used_; }
   /// By number of those whose LOAD_DATA is not the load of the cell file's tool.
   const std::map<int, calib::Phrase>& warnings() const { return warnings_; }
+  /// Mass of LOAD_DATA that the cell's tool bears in place of its own; 0: its own.
+  double borne_kg(const Frames& frames) const;
+  const calib::Calibration& calibration() const { return calibration_; }
 
  private:
   bool counts_for_the_cells(int number, const Eigen::Isometry3d& tool, const LoadData& load);
@@ -103,6 +109,7 @@ class ControllerViews {
   std::map<std::string, std::unique_ptr<ControllerView>> views_;
   std::vector<ToolUsed> used_;
   std::map<int, calib::Phrase> warnings_;
+  std::map<std::string, double> borne_kg_;
 };
 
 }  // namespace cellcal::daemon::krl

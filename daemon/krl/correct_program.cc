@@ -98,10 +98,11 @@ class Correction {
   const std::vector<std::string>& order() const { return order_; }
 
   /// Of the points among `keys`: other modules that compute the number of what they change, tools whose LOAD_DATA is
-  /// not the cell file's load, and S and T that are not those of the posture kept.
+  /// not the cell file's load, loads far above those of the touches, and S and T that are not those of the posture kept.
   std::vector<calib::Phrase> warnings(const std::set<std::string>& keys) const {
     std::set<std::pair<std::string, const ChangedNumbers*>> used;
     std::set<int> own_loads;  // of LOAD_DATA
+    double heaviest_kg = 0.0;
     const FrameChanges& all = program_.changes;
     for (const Motion& motion : program_.motions) {
       const Frames& now = motion.frames;
@@ -109,6 +110,7 @@ class Correction {
       if (now.tool->number > 0) used.emplace("TOOL_DATA", &all.tools);
       if (now.load_number() > 0) used.emplace("LOAD_DATA", &all.loads);
       if (!now.tool->literal && !now.other_load()) own_loads.insert(now.tool->number);
+      heaviest_kg = std::max(heaviest_kg, views_.borne_kg(now));
       if (is_axes(motion) || !now.base) continue;
       if (now.base->number > 0) used.emplace("BASE_DATA", &all.bases);
       if (carriers_.machine_of(*now.base) > 0) used.emplace("MACHINE_DEF", &all.machines);
@@ -120,6 +122,8 @@ class Correction {
                          {{"file", calib::shown(file, 120)}, {"line", line}, {"data", data}}});
     for (const auto& [number, warning] : views_.warnings())
       if (own_loads.count(number) > 0) found.push_back(warning);
+    if (const auto heavier = heavier_than_touched(views_.calibration(), heaviest_kg))
+      found.push_back(*heavier);
     std::vector<const CorrectedPoint*> ignored;
     for (const std::string& key : order_)
       if (keys.count(key) > 0 && postures_.ignored(key)) ignored.push_back(&points_.at(key));

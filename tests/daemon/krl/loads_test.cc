@@ -95,7 +95,11 @@ TEST(TheCellsTool, BearsLoadDataOfItsNumberWhereThatIsAnother) {
       corrected_with("$TOOL=TOOL_DATA[1]\n$LOAD=LOAD_DATA[2]\n" + std::string(kHere));
   EXPECT_EQ(full.points.at(0).shift_mm, set.points.at(0).shift_mm) << "as where $LOAD states it";
   EXPECT_EQ(full.tools.at(0).load, 4);
-  ASSERT_EQ(full.warnings.size(), 1u);
+  ASSERT_EQ(full.warnings.size(), 2u);
+  const std::string heavier = calib::words(full.warnings[1]);
+  EXPECT_EQ(heavier.find("5 kg on the flange: in the touches 1.53"), 0u) << heavier;
+  ASSERT_EQ(set.warnings.size(), 1u);
+  EXPECT_EQ(calib::words(set.warnings[0]), heavier);
   const std::string words = calib::words(full.warnings[0]);
   for (const char* part : {"tool 4", "LOAD_DATA[4] 5.00 kg at X 60", "cell file 1.53 kg"})
     EXPECT_NE(words.find(part), std::string::npos) << words;
