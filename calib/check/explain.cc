@@ -10,7 +10,6 @@
 
 #include "calib/estimate/predict.h"
 #include "calib/model/error.h"
-#include "calib/model/linear.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

@@ -9,7 +9,6 @@
 
 #include "calib/check/explain.h"
 #include "calib/model/error.h"
-#include "calib/model/linear.h"
 #include "calib/model/product.h"
 #include "calib/model/units.h"
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/estimate/estimate.h"
 #include "calib/estimate/joint_functions.h"
 #include "calib/model/error.h"
 #include "calib/model/linear.h"

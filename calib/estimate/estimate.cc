@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
-#include "calib/estimate/evidence.h"
 #include "calib/estimate/relaxation.h"
 #include "calib/model/error.h"
 #include "calib/model/linear.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "calib/estimate/parallel.h"
 #include "calib/model/product.h"

@@ -5,9 +5,7 @@
 
 #include "calib/estimate/region.h"
 #include "calib/model/error.h"
-#include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
-#include "calib/result/calibration.h"
 
 namespace cellcal::calib {
 

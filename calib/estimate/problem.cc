@@ -1,7 +1,5 @@
 #include "calib/estimate/problem.h"
 
-#include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <variant>
 

@@ -8,7 +8,6 @@
 #include <limits>
 #include <numeric>
 #include <utility>
-#include <variant>
 
 #include "calib/estimate/start.h"
 #include "calib/model/error.h"

@@ -9,7 +9,6 @@
 #include "calib/model/inverse.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
-#include "calib/result/calibration.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

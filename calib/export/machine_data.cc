@@ -12,7 +12,6 @@
 #include "calib/files/text.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/units.h"
 
 namespace cellcal::calib {
 

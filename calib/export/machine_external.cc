@@ -10,7 +10,6 @@
 #include "calib/export/rigid_arm.h"
 #include "calib/files/robot_file.h"
 #include "calib/model/error.h"
-#include "calib/model/units.h"
 
 namespace cellcal::calib {
 

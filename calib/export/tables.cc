@@ -11,7 +11,6 @@
 #include "calib/estimate/external_axes.h"
 #include "calib/files/text.h"
 #include "calib/model/units.h"
-#include "calib/result/calibration.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,7 +14,6 @@
 #include "calib/files/toml.h"
 #include "calib/model/units.h"
 #include "calib/result/level.h"
-#include "calib/result/tcp_check.h"
 #include "calib/result/unidentifiable.h"
 
 namespace cellcal::calib {

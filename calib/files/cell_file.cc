@@ -12,10 +12,7 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/files/text.h"
-#include "calib/files/toml.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/robot.h"
-#include "calib/model/units.h"
 
 namespace cellcal::calib {
 

@@ -1,6 +1,5 @@
 #pragma once
-// Identification in a cell file: serial numbers, certificates, names. A certificate prints it from the file's
-// text; no computation uses it, so it is not part of a Cell.
+// Robot and cell files as TOML, both ways: the parts that several files of this module share.
 
 #include <filesystem>
 #include <string>
@@ -13,6 +12,9 @@
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
+
+// Identification in a cell file: serial numbers, certificates, names. A certificate prints it from the file's
+// text; no computation uses it, so it is not part of a Cell.
 
 /// [identity]: `site`, `operator`, `robot_serial`, `controller_serial`, `sensor`, `sensor_serial`. Throws FileError.
 void check_identity(const TomlTable& document);

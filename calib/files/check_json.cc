@@ -58,7 +58,6 @@ ordered_json explanation_to_json(const Explanation& one) {
   return json;
 }
 
-constexpr double kDriftCoverage = 2.0;
 constexpr double kMonthS = 30.0 * 86400.0;
 
 template <typename T>
@@ -98,7 +97,7 @@ ordered_json point_to_json(const DriftPoint& point, double noise) {
   if (!measured(check) || !(noise > 0.0)) return json;  // no reference yet
   const Eigen::Vector3d sigma_m = noise * check.covariance_m2.diagonal().cwiseSqrt();
   json["off_mm"] = vector_mm(point.off_m);
-  json["u_mm"] = vector_mm(kDriftCoverage * sigma_m);
+  json["u_mm"] = vector_mm(kCoverage * sigma_m);
   return json;
 }
 
@@ -115,14 +114,14 @@ ordered_json trend_to_json(const DriftTrend& trend) {
                     {"since_s", trend.since_s},
                     {"checks", trend.checks},
                     {"off_mm", trend.now_m.norm() * kMmPerM},
-                    {"u_off_mm", kDriftCoverage * trend.now_sigma_m * kMmPerM},
+                    {"u_off_mm", kCoverage * trend.now_sigma_m * kMmPerM},
                     {"off_xyz_mm", vector_mm(trend.now_m)},
                     {"mm_per_month", nullptr},
                     {"u_mm_per_month", nullptr},
                     {"causes", ordered_json::array()}};
   if (trend.has_rate()) {
     json["mm_per_month"] = trend.rate_m_s.norm() * kMonthS * kMmPerM;
-    json["u_mm_per_month"] = kDriftCoverage * trend.rate_sigma_m_s * kMonthS * kMmPerM;
+    json["u_mm_per_month"] = kCoverage * trend.rate_sigma_m_s * kMonthS * kMmPerM;
   }
   for (const Explanation& one : trend.causes) json["causes"].push_back(cause_to_json(one));
   return json;

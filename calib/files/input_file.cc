@@ -71,6 +71,11 @@ class Descriptor {
   int number_;
 };
 
+std::string& advice_for_missing_files() {
+  static std::string advice;
+  return advice;
+}
+
 thread_local UsedFiles* used_files = nullptr;
 
 }  // namespace
@@ -108,14 +113,19 @@ std::optional<UsedFiles::As> UsedFiles::of(const std::filesystem::path& file) {
   return {};
 }
 
+void set_advice_for_missing_files(std::string advice) {
+  advice_for_missing_files() = std::move(advice);
+}
+
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) {
   const std::string name = path.string();
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0)
-    throw FileError(name, errno == ENOENT || errno == ENOTDIR
-                              ? ": no such file; check the path"
-                              : ": cannot be inspected (" + std::string(std::strerror(errno)) +
-                                    "); check the path and its permissions");
+    throw FileError(name, (errno == ENOENT || errno == ENOTDIR
+                               ? ": no such file; check the path"
+                               : ": cannot be inspected (" + std::string(std::strerror(errno)) +
+                                     "); check the path and its permissions") +
+                              advice_for_missing_files());
   // Checked before opening (opening a pipe blocks, opening a device may have side effects) and
   // again afterwards (the path may have been replaced).
   refuse_other_than_files(name, info, max_bytes);

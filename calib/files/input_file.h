@@ -19,6 +19,9 @@ namespace cellcal::calib {
 /// and files larger than `max_bytes`.
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes = 256u << 20);
 
+/// Ends the message of a missing file, of a process that does not see all folders. Before other threads read.
+void set_advice_for_missing_files(std::string advice);
+
 /// Lower-case hexadecimal SHA-256.
 std::string sha256(std::string_view bytes);
 inline constexpr std::size_t kSha256Digits = 64;

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "calib/files/json_fields.h"
 #include "calib/model/error.h"
 

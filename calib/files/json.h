@@ -52,6 +52,7 @@ class JsonReader {
     if (!value_.is_boolean()) fail("must be true or false");
     return value_.get<bool>();
   }
+  const nlohmann::json& value() const { return value_; }
   const nlohmann::json& object() const {
     if (!value_.is_object()) fail("must be an object");
     return value_;

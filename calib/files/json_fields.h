@@ -87,13 +87,33 @@ Field<T> where(std::function<bool(const T&)> written, Field<T> row) {
   return row.wanted ? row : optional(std::move(row));
 }
 
+/// Null in the file instead of absent.
+template <class T>
+Field<T> null_unless(std::function<bool(const T&)> known, Field<T> row) {
+  return {row.key, [=](const T& value) { return known(value) ? row.to(value) : Json(); },
+          [from = row.from](const JsonReader& reader, T& value) {
+            if (!reader.value().is_null()) from(reader, value);
+          }};
+}
+
+template <class T, class V>
+Field<T> of_optional(const char* key, std::optional<V> T::*member, Value<V> as) {
+  return {key, [=](const T& value) { return as.to(*(value.*member)); },
+          [=](const JsonReader& reader, T& value) { value.*member = as.from(reader); }};
+}
+
 /// Omitted if there is no value.
 template <class T, class V>
 Field<T> maybe(const char* key, std::optional<V> T::*member, Value<V> as) {
-  Field<T> row{key, [=](const T& value) { return as.to(*(value.*member)); },
-               [=](const JsonReader& reader, T& value) { value.*member = as.from(reader); }};
-  row.written = [=](const T& value) { return (value.*member).has_value(); };
-  return optional(std::move(row));
+  return where<T>([=](const T& value) { return (value.*member).has_value(); },
+                  of_optional(key, member, as));
+}
+
+/// Null if there is no value.
+template <class T, class V>
+Field<T> nullable(const char* key, std::optional<V> T::*member, Value<V> as) {
+  return null_unless<T>([=](const T& value) { return (value.*member).has_value(); },
+                        of_optional(key, member, as));
 }
 
 /// Present for some values only, as determined by the rows above.

@@ -13,8 +13,6 @@
 #include "calib/files/text.h"
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
-#include "calib/result/calibration.h"
-#include "calib/result/finding.h"
 
 namespace cellcal::calib {
 

@@ -11,12 +11,10 @@
 #include <optional>
 #include <ranges>
 
-#include "calib/files/csv.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/files/text.h"
 #include "calib/model/iso_time.h"
-#include "calib/model/units.h"
 
 namespace cellcal::calib {
 

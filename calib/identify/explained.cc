@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include "calib/model/error.h"
-#include "calib/model/linear.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {

@@ -12,7 +12,6 @@
 #include "calib/identify/causes.h"
 #include "calib/identify/identify_once.h"
 #include "calib/identify/jump.h"
-#include "calib/model/error.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/residuals.h"
 #include "calib/verdict/session_order.h"

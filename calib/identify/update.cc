@@ -4,18 +4,14 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "calib/estimate/external_axes.h"
 #include "calib/estimate/region.h"
 #include "calib/identify/explained.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
-#include "calib/result/calibration.h"
 #include "calib/verdict/judge.h"
 #include "calib/verdict/residuals.h"
 

@@ -3,7 +3,6 @@
 #include "calib/model/kinematics.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>

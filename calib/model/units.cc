@@ -1,7 +1,5 @@
 #include "calib/model/units.h"
 
-#include <cmath>
-
 namespace cellcal::calib {
 
 Eigen::Isometry3d to_isometry(const FrameMmDeg& frame) {

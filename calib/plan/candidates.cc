@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "calib/model/enum_table.h"
 #include "calib/model/inverse.h"
-#include "calib/model/linear.h"
 #include "calib/model/long_work.h"
 #include "calib/plan/track.h"
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/model/linear.h"
-
 namespace cellcal::calib {
 
 namespace {

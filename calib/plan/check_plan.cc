@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 #include <set>
-#include <span>
 #include <utility>
 
 #include "calib/check/explain.h"
@@ -29,7 +28,6 @@
 #include "calib/plan/pool.h"
 #include "calib/plan/positioner_plan.h"
 #include "calib/plan/visit.h"
-#include "calib/result/calibration.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

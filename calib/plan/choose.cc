@@ -11,7 +11,6 @@
 #include "calib/estimate/region.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/plan/design.h"
 #include "calib/plan/online.h"
 
 namespace cellcal::calib {

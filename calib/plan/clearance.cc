@@ -7,7 +7,6 @@
 #include <cmath>
 #include <deque>
 #include <limits>
-#include <optional>
 #include <span>
 #include <vector>
 

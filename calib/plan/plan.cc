@@ -119,8 +119,7 @@ std::optional<JointVector> out_of_search(const Cell& cell, const Clearance& clea
   throw PlanError(
       PlanError::Kind::kArmStands,
       fmt::format(
-          "no clear way back along the line of the last touch, and at the arm's position {}. "
-          "Jog it free",
+          "at the arm's position {}, and no clear way leads back along a search line. Jog it free",
           words_or(clearance.hit(from),
                    in_contact ? "the tip is in contact" : "something is too close")));
 }

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "calib/model/long_work.h"
-#include "calib/plan/candidates.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/track.h"
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <memory>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -14,7 +13,6 @@
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
 #include "calib/plan/choose.h"
-#include "calib/plan/pool.h"
 #include "calib/plan/surroundings.h"
 #include "calib/plan/track.h"
 #include "calib/plan/visit.h"

@@ -18,7 +18,6 @@
 #include "calib/model/inverse.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/plan/candidates.h"
 #include "calib/plan/duration.h"
 
 namespace cellcal::calib {

@@ -8,10 +8,8 @@
 #include <map>
 
 #include "calib/model/long_work.h"
-#include "calib/plan/candidates.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/pool.h"
-#include "calib/plan/route.h"
 
 namespace cellcal::calib {
 

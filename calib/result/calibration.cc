@@ -5,13 +5,9 @@
 #include <map>
 #include <regex>
 #include <utility>
-#include <vector>
 
-#include "calib/model/enum_table.h"
-#include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
-#include "calib/result/update.h"
 
 namespace cellcal::calib {
 

@@ -9,7 +9,6 @@
 
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
-#include "calib/result/tcp_check.h"
 
 namespace cellcal::calib {
 

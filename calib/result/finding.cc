@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
-#include "calib/result/likely_cause.h"
 #include "calib/result/sentences.h"
 
 namespace cellcal::calib {

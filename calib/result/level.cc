@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <string>
 
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"

@@ -1,7 +1,6 @@
 #include "calib/result/likely_cause.h"
 
 #include <algorithm>
-#include <string>
 #include <vector>
 
 #include "calib/result/finding.h"

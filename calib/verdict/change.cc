@@ -48,6 +48,16 @@ Eigen::VectorXd tips_apart_m(const TipOf& one, const TipOf& other,
   return distances;
 }
 
+/// A tool's place, which a calibration that does not identify it has as its cell file states it.
+bool is_stated_in(const Cell& cell, const ParameterResult& parameter, const std::string& name) {
+  return parameter.key.kind == ParameterKind::kTcp && parameter_key(cell, name);
+}
+
+ParameterResult as_stated(ParameterResult parameter) {
+  parameter.nominal = parameter.correction = parameter.sigma = 0.0;
+  return parameter;
+}
+
 }  // namespace
 
 std::optional<Change> change_since(const Calibration& last, const Calibration& now,
@@ -102,18 +112,11 @@ ParameterDifferences parameter_differences(const Calibration& before, const Cali
   for (const ParameterResult& was : before.parameters)
     were.emplace(parameter_name(before.cell, was.key), &was);
   ParameterDifferences differences;
-  for (const ParameterResult& now : after.parameters) {
-    std::string name = parameter_name(after.cell, now.key);
-    const auto found = were.find(name);
-    if (found == were.end()) {
-      differences.only_after.push_back(std::move(name));
-      continue;
-    }
-    const ParameterResult& was = *found->second;
-    were.erase(found);
+  const auto compare = [&](std::string name, const ParameterResult& was,
+                           const ParameterResult& now) {
     if (was.decided_by == DecidedBy::kFrame || now.decided_by == DecidedBy::kFrame) {
       differences.not_compared.push_back(std::move(name));
-      continue;
+      return;
     }
     MovedParameter one{std::move(name),
                        now.unit,
@@ -123,10 +126,27 @@ ParameterDifferences parameter_differences(const Calibration& before, const Cali
                        kCoverage * std::hypot(was.sigma, now.sigma)};
     if (std::abs(one.after - one.before) > one.expanded)
       differences.moved.push_back(std::move(one));
+  };
+  for (const ParameterResult& now : after.parameters) {
+    std::string name = parameter_name(after.cell, now.key);
+    const auto found = were.find(name);
+    if (found != were.end()) {
+      compare(std::move(name), *found->second, now);
+      were.erase(found);
+    } else if (is_stated_in(before.cell, now, name)) {
+      compare(std::move(name), as_stated(now), now);
+    } else {
+      differences.only_after.push_back(std::move(name));
+    }
   }
-  for (const ParameterResult& was : before.parameters)
-    if (std::string name = parameter_name(before.cell, was.key); were.contains(name))
+  for (const ParameterResult& was : before.parameters) {
+    std::string name = parameter_name(before.cell, was.key);
+    if (!were.contains(name)) continue;
+    if (is_stated_in(after.cell, was, name))
+      compare(std::move(name), was, as_stated(was));
+    else
       differences.only_before.push_back(std::move(name));
+  }
   std::ranges::stable_sort(differences.moved, std::greater{}, [](const MovedParameter& one) {
     return one.expanded > 0.0 ? std::abs(one.after - one.before) / one.expanded : HUGE_VAL;
   });

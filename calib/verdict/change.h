@@ -53,6 +53,7 @@ struct ParameterDifferences {
 };
 
 /// Parameters are matched by name: another cell file may list the targets in another order.
+/// A tool's place that only one identified moved from where the cell file states it.
 ParameterDifferences parameter_differences(const Calibration& before, const Calibration& after);
 
 // Distance of the tips of two descriptions of one arm, over the poses of a verdict's scope.

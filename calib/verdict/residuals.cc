@@ -6,7 +6,6 @@
 #include <limits>
 #include <numeric>
 #include <utility>
-#include <vector>
 
 #include "calib/estimate/parallel.h"
 #include "calib/estimate/solve.h"

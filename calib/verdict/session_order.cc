@@ -12,7 +12,6 @@
 #include "calib/estimate/repeats.h"
 #include "calib/estimate/target.h"
 #include "calib/model/iso_time.h"
-#include "calib/model/linear.h"
 #include "calib/model/long_work.h"
 #include "calib/model/product.h"
 #include "calib/result/level.h"

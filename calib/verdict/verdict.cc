@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "calib/verdict/held_out.h"
 #include "calib/verdict/judge.h"

@@ -88,7 +88,7 @@ std::vector<Token> parse(const std::string& text) {
   return tokens;
 }
 
-std::string token_field(const std::vector<Token>& tokens) {
+std::string text_of(const std::vector<Token>& tokens) {
   json list = json::array();
   for (const Token& token : tokens) {
     list.push_back({{"name", token.name},
@@ -392,7 +392,7 @@ bool TokenStore::remove(const std::string& name) {
 
 /// Written to disk first, so that a change is still effective after a restart.
 void TokenStore::store(Tokens next) {
-  write_atomically(file_, token_field(next), Readers::kOwner);
+  write_atomically(file_, text_of(next), Readers::kOwner);
   auto kept = std::make_shared<const Tokens>(std::move(next));
   const std::lock_guard lock(mutex_);
   tokens_ = std::move(kept);

@@ -1,4 +1,5 @@
-// Reads, sets and restores frames of the controller. No session runs meanwhile.
+// Reads, sets and restores frames of the controller (/v1/frames), and reads the position of the arm (/v1/position). No
+// session runs meanwhile.
 
 #include <spdlog/spdlog.h>
 

@@ -1,5 +1,5 @@
 #pragma once
-// Touches of a session and, where identified, its results.
+// Data of the page as JSON: touches and figures of a session, 3D view of the cell, plan, and drift of the arm.
 
 #include <Eigen/Geometry>
 #include <cstddef>

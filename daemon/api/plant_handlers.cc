@@ -1,4 +1,4 @@
-// Status of the connection to the plant, and its queue.
+// Connection to the plant (/v1/plant, certificates, /v1/proposals), and unattended sessions (/v1/schedule).
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

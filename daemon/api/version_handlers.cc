@@ -1,4 +1,5 @@
-// Published calibrations as versions: current one, activation, comparison.
+// Published calibrations as versions (/v1/versions), the next step to a calibrated cell (/v1/readiness), and the doctor
+// within the daemon (/v1/doctor).
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

@@ -7,7 +7,6 @@
 
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
-#include "calib/files/input_file.h"
 #include "calib/files/json_fields.h"
 #include "calib/files/robot_file.h"
 #include "calib/files/text.h"

@@ -18,10 +18,14 @@
 
 namespace cellcal::daemon {
 
+/// cell.toml.in, compiled in by the build.
+extern const std::string_view kCellTemplate;
+
 namespace {
 
 using calib::toml_number;
 using calib::toml_string;
+using fmt::arg;
 
 std::string triple(const Triple& of) {
   return fmt::format("[{}, {}, {}]", toml_number(of[0]), toml_number(of[1]), toml_number(of[2]));
@@ -30,214 +34,98 @@ std::string triple(const Triple& of) {
 /// Rounded to 0.001 for comments.
 double rounded(double value) { return std::round(value * 1e3) / 1e3; }
 
-std::string line(const std::string& setting, const std::string& words) {
-  return fmt::format("{:<37} # {}\n", setting, words);
+/// A part of cell.toml.in, from "@NAME" up to the next one, with its {places} filled.
+template <typename... Places>
+std::string part(std::string_view name, const Places&... places) {
+  const std::string_view all = kCellTemplate;
+  const std::size_t begin = all.find('\n', all.find(fmt::format("@{}\n", name))) + 1;
+  return fmt::vformat(all.substr(begin, all.find("\n@", begin) - begin + 1),
+                      fmt::make_format_args(places...));
 }
 
 std::string head(const CellForm& form) {
-  std::string text =
-      "# A cell: arm, tool, artefacts, surroundings. Millimetres and degrees, in the robot's base\n"
-      "# frame. A line that begins with \"#\" and a key shows that key with its default: take the \"#\" away\n"
-      "# to change it. Contradictions are found by 'cellcal doctor --cell FILE' and by 'cellcal plan\n"
-      "# --cell FILE --touches 50 --picture cell.svg', which draws it.\n"
-      "format = \"cellcal.cell/1\"\n";
-  text += line("robot = " + toml_string(form.robot.reference),
-               "a shipped one by name, or a file in this folder");
-  text += line("#required_mm = 2.0", "largest mean error that a calibration may be published with");
-  const char* const kFloor = "height of floor or table top against gravity, from the robot's foot";
-  if (form.floor_mm) return text + line("floor_mm = " + toml_number(*form.floor_mm), kFloor);
-  return text + line("# floor_mm = 0.0", kFloor) +
-         "# Without floor_mm the axis of the hand stays at most 100 mm below the lowest target; tool and the\n"
-         "# rest of the arm are not limited.\n";
+  const std::string text =
+      part("head", arg("robot", toml_string(form.robot.reference)),
+           arg("floor", form.floor_mm ? "floor_mm = " + toml_number(*form.floor_mm)
+                                      : std::string("# floor_mm = 0.0")));
+  return form.floor_mm ? text : text + part("no floor");
 }
 
 std::string tool_text(const ToolForm& tool) {
-  const Triple& xyz = tool.xyz_mm;
-  const Triple half{xyz[0] / 2.0, xyz[1] / 2.0, xyz[2] / 2.0};
-  std::string text =
-      "\n[tool]\n# Its tip, seen from the flange. Several tips on one flange: [[tool]] in place of "
-      "[tool], each with\n# its id = \"torch\"; touched is with the first.\n";
-  text += line("xyz_mm = " + triple(xyz), "flange to TCP, TOOL_DATA X Y Z");
-  text += line("abc_deg = " + triple(tool.abc_deg), "TOOL_DATA A B C; the tool points along its z");
-  text += line(tool.xyz_sigma_mm == Triple{} ? "#xyz_sigma_mm = [0, 0, 0]"
-                                             : "xyz_sigma_mm = " + triple(tool.xyz_sigma_mm),
-               "1 sigma; above 0: the TCP is estimated, too");
-  text += line(tool.mass_kg ? "mass_kg = " + toml_number(*tool.mass_kg) : "#mass_kg = 0.0",
-               "of all that is on the flange; 0: its bending is not estimated");
-  text += tool.com_mm
-              ? line("com_mm = " + triple(*tool.com_mm), "centre of mass, from the flange")
-              : line("#com_mm = " + triple({rounded(half[0]), rounded(half[1]), rounded(half[2])}),
-                     "centre of mass; half-way to the TCP");
-  text += line("#length_mm = " + toml_number(rounded(std::hypot(xyz[0], xyz[1], xyz[2]))),
-               "of the cantilever that bends; |xyz_mm|");
-  text += line("tip_radius_mm = " + toml_number(tool.tip_radius_mm),
-               "0: a point, as a welding wire; else of its ball");
-  text += tool.mass_kg
-              ? line("deflection_sigma = 0.003", "1/(N m^2): how soft the tool may be; 0: stiff")
-              : line("#deflection_sigma = 0.0", "1/(N m^2): how soft the tool may be; 0: stiff");
-  text += line("#radius_mm = 30.0", "of the shaft: kept clear of everything");
-  text += line("#tip_length_mm = 60.0", "of the slim end up to the TCP");
-  text += line("#tip_diameter_mm = 8.0", "of that end");
-  return text;
+  const auto& [x, y, z] = tool.xyz_mm;
+  const Triple half{rounded(x / 2.0), rounded(y / 2.0), rounded(z / 2.0)};
+  return part(
+      "tool", arg("xyz", triple(tool.xyz_mm)), arg("abc", triple(tool.abc_deg)),
+      arg("xyz_sigma", tool.xyz_sigma_mm == Triple{}
+                           ? "#xyz_sigma_mm = [0, 0, 0]"
+                           : "xyz_sigma_mm = " + triple(tool.xyz_sigma_mm)),
+      arg("mass",
+          tool.mass_kg ? "mass_kg = " + toml_number(*tool.mass_kg) : std::string("#mass_kg = 0.0")),
+      arg("com", tool.com_mm ? "com_mm = " + triple(*tool.com_mm) : "#com_mm = " + triple(half)),
+      arg("com_words",
+          tool.com_mm ? "centre of mass, from the flange" : "centre of mass; half-way to the TCP"),
+      arg("length", toml_number(rounded(std::hypot(x, y, z)))),
+      arg("tip_radius", toml_number(tool.tip_radius_mm)),
+      arg("deflection", tool.mass_kg ? "deflection_sigma = 0.003" : "#deflection_sigma = 0.0"));
 }
 
 /// As keys, or named in a comment.
 std::string certificate_text(const CertificateForm& of, const std::string& serial,
-                             const char* comment) {
+                             std::string_view comment) {
   std::string text;
   if (!serial.empty()) text += "serial = " + toml_string(serial) + "\n";
   if (!of.number.empty()) text += "certificate = " + toml_string(of.number) + "\n";
   if (!of.date.empty()) text += "certificate_date = " + toml_string(of.date) + "\n";
-  return text.empty() ? comment : text;
+  return text.empty() ? part(comment) : text;
 }
 
 std::string centre_text(const SphereForm& sphere) {
-  if (!sphere.centre_mm && sphere.box_mm)
-    return line("search_low_mm = " + triple((*sphere.box_mm)[0]), "its centre lies in this box") +
-           line("search_high_mm = " + triple((*sphere.box_mm)[1]), "'cellcal find' finds it") +
-           "# Known roughly: centre_mm = [X, Y, Z] and centre_sigma_mm = 10.0 in place of the box.\n";
-  if (!sphere.centre_mm)
-    return "# centre_mm = [1000.0, 0.0, 300.0]: rough place of the centre. Without it 'cellcal run' finds the sphere "
-           "in a box:\n# search_low_mm = [950.0, -50.0, 250.0], search_high_mm = [1050.0, 50.0, 350.0]: two opposite corners.\n" +
-           line("#centre_sigma_mm = 0.0", "1 sigma of centre_mm");
-  return line("centre_mm = " +
-                  triple({rounded((*sphere.centre_mm)[0]), rounded((*sphere.centre_mm)[1]),
-                          rounded((*sphere.centre_mm)[2])}),
-              "roughly: the touches find it") +
-         line("centre_sigma_mm = " + toml_number(sphere.centre_sigma_mm), "1 sigma of that") +
-         "# Not known at all: search_low_mm = [X, Y, Z] and search_high_mm = [X, Y, Z], corners of a box, in place of\n"
-         "# centre_mm.\n";
+  if (sphere.centre_mm) {
+    const auto& [x, y, z] = *sphere.centre_mm;
+    return part("centre", arg("centre", triple({rounded(x), rounded(y), rounded(z)})),
+                arg("sigma", toml_number(sphere.centre_sigma_mm)));
+  }
+  if (!sphere.box_mm) return part("no centre");
+  const auto& [low, high] = *sphere.box_mm;
+  return part("centre in a box", arg("low", triple(low)), arg("high", triple(high)));
 }
 
 std::string sphere_text(const SphereForm& sphere) {
-  std::string text = "\n[[target]]\n";
-  text += line("id = " + toml_string(sphere.id), "its name in the touches and in the report");
-  text += line("kind = \"sphere\"", "or plane, point, wire, tracker: end of this file");
-  text += line("diameter_mm = " + toml_number(sphere.diameter_mm), "as certified");
-  text += line("diameter_sigma_mm = " + toml_number(sphere.diameter_sigma_mm), "1 sigma of that");
-  text += certificate_text(
-      sphere.certificate, sphere.serial,
-      "# serial = \"\", certificate = \"\", certificate_date = \"2026-04-01\": what 'cellcal certificate' prints of it.\n");
-  text += centre_text(sphere);
-  text += line("#on = \"floor\"", "or the positioner's axis that carries it: \"E2\"");
-  text += line("#stand = \"post\"", "below it; \"none\": nothing");
-  text += line("#stand_diameter_mm = " + toml_number(rounded(std::min(30.0, sphere.diameter_mm))),
-               "of the post");
-  text +=
-      line("#stand_height_mm = 250.0", "from the sphere down; to the floor where floor_mm is set");
-  return text;
+  return part("sphere", arg("id", toml_string(sphere.id)),
+              arg("diameter", toml_number(sphere.diameter_mm)),
+              arg("diameter_sigma", toml_number(sphere.diameter_sigma_mm))) +
+         certificate_text(sphere.certificate, sphere.serial, "no certificate of a sphere") +
+         centre_text(sphere) +
+         part("stand of a sphere",
+              arg("diameter", toml_number(rounded(std::min(30.0, sphere.diameter_mm)))));
 }
 
 std::string length_text(const LengthForm& length) {
-  return fmt::format(
-      "\n[[length]]\nbetween = [{}, {}]\n{}{}{}", toml_string(length.from), toml_string(length.to),
-      line("mm = " + toml_number(length.mm), "between the centres, as certified"),
-      line("sigma_mm = " + toml_number(length.sigma_mm),
-           "1 sigma; a certificate's U is mostly 2 sigma") +
-          line("#role = \"fit\"", "\"check\": compared with the result, never fitted"),
-      certificate_text(
-          length.certificate, "",
-          "# certificate = \"\", certificate_date = \"2026-04-01\": as printed by 'cellcal certificate'.\n"));
+  return part("length", arg("from", toml_string(length.from)), arg("to", toml_string(length.to)),
+              arg("mm", toml_number(length.mm)), arg("sigma", toml_number(length.sigma_mm))) +
+         certificate_text(length.certificate, "", "no certificate of a length");
+}
+
+std::string shape_text(const ObstacleForm& obstacle) {
+  const std::string id = toml_string(obstacle.id);
+  switch (obstacle.shape) {
+    case calib::ObstacleShape::kBox:
+      return part("box", arg("id", id), arg("size", triple(obstacle.size_mm.value_or(Triple{}))));
+    case calib::ObstacleShape::kCylinder:
+      return part("cylinder", arg("id", id),
+                  arg("diameter", toml_number(obstacle.diameter_mm.value_or(0.0))),
+                  arg("height", toml_number(obstacle.height_mm.value_or(0.0))));
+    case calib::ObstacleShape::kMesh: break;
+  }
+  return part("mesh", arg("id", id), arg("file", toml_string(obstacle.file)));
 }
 
 std::string obstacle_text(const ObstacleForm& obstacle) {
-  std::string text = "\n[[obstacle]]\nid = " + toml_string(obstacle.id) + "\n";
-  switch (obstacle.shape) {
-    case calib::ObstacleShape::kBox:
-      text += "shape = \"box\"\nsize_mm = " + triple(obstacle.size_mm.value_or(Triple{})) + "\n";
-      break;
-    case calib::ObstacleShape::kCylinder:
-      text +=
-          "shape = \"cylinder\"\ndiameter_mm = " + toml_number(obstacle.diameter_mm.value_or(0.0)) +
-          "\n" +
-          line("height_mm = " + toml_number(obstacle.height_mm.value_or(0.0)), "along its z");
-      break;
-    case calib::ObstacleShape::kMesh:
-      text += "shape = \"mesh\"\n" + line("file = " + toml_string(obstacle.file), "STL, in mm");
-      break;
-  }
   const bool mesh = obstacle.shape == calib::ObstacleShape::kMesh;
-  return text +
-         line("xyz_mm = " + triple(obstacle.xyz_mm), mesh ? "of the file's frame" : "its middle") +
-         line("abc_deg = " + triple(obstacle.abc_deg), "R = Rz(A) Ry(B) Rx(C)");
+  return shape_text(obstacle) + part("place of an obstacle", arg("xyz", triple(obstacle.xyz_mm)),
+                                     arg("xyz_words", mesh ? "of the file's frame" : "its middle"),
+                                     arg("abc", triple(obstacle.abc_deg)));
 }
-
-/// Example for a cell without certified lengths, which determine the scale of the arm.
-constexpr const char* kNoLengths = R"(
-# Certified distances of two centres, from a coordinate measuring machine. Without one the scale of
-# the arm is not determined, and a calibration holds near the targets only.
-#[[length]]
-#between = ["S1", "S2"]
-#mm = 500.0
-#sigma_mm = 0.005
-#role = "fit"                         # "check": compared with the result, never fitted
-#certificate = ""
-#certificate_date = "2026-04-01"
-)";
-
-constexpr const char* kRest = R"(
-# Who and what was there, for 'cellcal certificate':
-#[identity]
-#site = "Hall 3, cell 12"
-#operator = "A. Name"
-#robot_serial = "123456"
-#controller_serial = "654321"
-#sensor = "cellcal contact board"
-#sensor_serial = "7"
-
-# What the tool may hold; touches name it in their column "load", 'cellcal predict' by --load:
-#[[load]]
-#id = "full"
-#mass_kg = 8.0
-#com_mm = [0.0, 0.0, 150.0]           # from the flange, as LOAD_DATA
-
-# What must not be hit, besides targets, stands and floor: [[obstacle]]. Everything that is not here can be hit.
-# Examples:
-#[[obstacle]]
-#id = "table"
-#shape = "box"
-#size_mm = [800.0, 600.0, 20.0]
-#xyz_mm = [1000.0, 0.0, 90.0]         # its middle
-#abc_deg = [0, 0, 0]
-#on = "floor"                         # or the positioner's axis that carries it
-#[[obstacle]]
-#id = "pillar"
-#shape = "cylinder"
-#diameter_mm = 120.0
-#height_mm = 1500.0                   # along its z
-#xyz_mm = [0.0, 1200.0, 750.0]
-#[[obstacle]]
-#id = "fixture"
-#shape = "mesh"
-#file = "fixture.stl"                 # in mm, in this folder
-#xyz_mm = [1000.0, 0.0, 100.0]        # of its frame
-
-# Other targets. Examples:
-#[[target]]
-#id = "plate"
-#kind = "plane"
-#centre_mm = [1200.0, 0.0, 300.0]     # a point on it
-#centre_sigma_mm = 5.0                # along its normal
-#normal = [0, 0, 1]                   # to the side of the tool
-#normal_sigma_deg = 1.0
-#extent_mm = 200.0                    # touched inside this circle; without it not at all
-#[[target]]
-#id = "socket"
-#kind = "point"                       # the tip is seated in it by hand
-#centre_mm = [1100.0, 300.0, 300.0]
-#[[target]]
-#id = "encoder"
-#kind = "wire"                        # a draw-wire encoder; its lengths come with the touches
-#centre_mm = [1500.0, 0.0, 500.0]
-#[[target]]
-#id = "tracker"
-#kind = "tracker"                     # its frame is found
-)";
-
-constexpr const char* kTouch = R"(
-# One touch. 'cellcal qualify' measures all of these in two minutes.
-[touch]
-)";
 
 /// Lines with their ends.
 std::vector<std::string> lines_of(const std::string& text) {
@@ -434,15 +322,9 @@ std::string cell_text(const CellForm& form) {
   for (const std::string& note : form.notes) text += "# " + note + "\n";
   for (const SphereForm& sphere : form.spheres) text += sphere_text(sphere);
   for (const LengthForm& length : form.lengths) text += length_text(length);
-  if (form.lengths.empty()) text += kNoLengths;
+  if (form.lengths.empty()) text += part("no lengths");
   for (const ObstacleForm& obstacle : form.obstacles) text += obstacle_text(obstacle);
-  text += kTouch;
-  text += line("sigma_mm = 0.03", "1 sigma of one touch");
-  text += line("radius_offset_sigma_mm = 0.3", "1 sigma of the offset of the effective radius");
-  text += line("#delay_ms = 0.0", "contact to latched angles");
-  text += line("#delay_sigma_ms = 0.2", "1 sigma of it; with [eki] stop = \"flag\" 5");
-  text += "# turn_sigma_deg = 0.01: 1 sigma of a tracker's turns, where there is one.\n";
-  return text + kRest;
+  return text + part("end");
 }
 
 std::vector<std::pair<std::string, std::string>> tool_keys(const ToolForm& tool) {

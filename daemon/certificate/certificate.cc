@@ -10,7 +10,7 @@
 #include "calib/result/finding_phrase.h"
 #include "daemon/certificate/sources.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/say.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon::certificate {

@@ -14,64 +14,19 @@
 #include "calib/model/parameter_key.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/files/child.h"
-#include "daemon/report/plan_picture.h"
 #include "daemon/report/say.h"
 
 namespace cellcal::daemon::certificate {
+
+/// certificate.css, compiled in by the build.
+extern const std::string_view kStyle;
 
 namespace {
 
 using report::escape, report::say;
 using Json = nlohmann::ordered_json;
 
-// No scripts and no external content, even if an escaping fault remained.
-constexpr std::string_view kContentPolicy =
-    "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 constexpr const char* kNone = "\xE2\x80\x93";
-
-/// One style for screen and print (A4, black on white).
-constexpr std::string_view kStyle = R"css(
-@page {
-  size: A4; margin: 16mm 16mm 20mm 16mm;
-  @bottom-left { content: string(number); font: 8pt "DejaVu Sans", sans-serif; color: #555; }
-  @bottom-right { font: 8pt "DejaVu Sans", sans-serif; color: #555; }
-}
-@page wide { size: A4 landscape; }
-* { box-sizing: border-box; }
-body { margin: 0; background: #fff; color: #111; overflow-wrap: break-word;
-  font: 9.5pt/1.4 "DejaVu Sans", "Liberation Sans", Arial, sans-serif; }
-@media screen { body { max-width: 210mm; margin: 0 auto; padding: 16mm; } }
-h1 { font-size: 19pt; margin: 0 0 1mm; font-weight: 600; }
-h2 { font-size: 11.5pt; margin: 6mm 0 2mm; padding-top: 2mm; border-top: 0.3mm solid #999;
-  break-after: avoid; }
-h3 { font-size: 9.5pt; margin: 3mm 0 1mm; break-after: avoid; }
-p, li { margin: 0 0 1.5mm; orphans: 3; widows: 3; }
-ol, ul { margin: 0; padding-left: 6mm; }
-.emulated { border: 1mm solid #b00; padding: 2mm 4mm; font-weight: bold; }
-.number { string-set: number content(); font-size: 11pt; margin-bottom: 4mm; }
-.result { border: 0.5mm solid #111; padding: 3mm 4mm; margin: 3mm 0; break-inside: avoid; }
-.result p { margin: 0; }
-.result .verdict { font-size: 12.5pt; font-weight: 600; }
-table { border-collapse: collapse; width: 100%; margin: 0 0 2mm; }
-thead { display: table-header-group; }
-tr { break-inside: avoid; }
-th, td { text-align: left; vertical-align: top; padding: 0.7mm 2mm 0.7mm 0; font-weight: normal;
-  border-bottom: 0.15mm solid #ccc; }
-thead th { font-weight: 600; border-bottom: 0.3mm solid #555; vertical-align: bottom; }
-.columns { columns: 2; column-gap: 6mm; }
-.pairs th { width: 42mm; color: #444; }
-td.n, th.n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
-.whole { break-inside: avoid; }
-.note { font-size: 8.5pt; color: #333; }
-.hash { font: 7.5pt "DejaVu Sans Mono", monospace; overflow-wrap: anywhere; }
-.small, .small td, .small th { font-size: 7.5pt; padding-top: 0.4mm; padding-bottom: 0.4mm; }
-td.word { overflow-wrap: anywhere; }
-.wide { page: wide; break-before: page; }
-.signatures { break-inside: avoid; }
-.sign td { border: 0; padding-top: 7mm; width: 33%; }
-.sign span { display: block; border-top: 0.3mm solid #111; padding-top: 1mm; }
-.appendix { break-before: page; }
-)css";
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kConstants{
     {{"k", "2"},
@@ -536,15 +491,12 @@ std::string document_name(const calib::Language& language, const std::string& ex
 std::string to_html(const CertificateData& d, const calib::Language& language) {
   const report::Speaking speaking(language);
   const std::string title = say("say.certificate.title");
-  std::string html = fmt::format(
-      "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
-      "<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n{}",
-      language.code(), escape(kContentPolicy), title, kStyle,
-      fmt::format("@page {{ @bottom-right {{ content: {}; }} }}\n", say("say.certificate.page_of")),
-      title,
+  std::string html =
+      report::begin_document(title, fmt::format("{}@page {{ @bottom-right {{ content: {}; }} }}\n",
+                                                kStyle, say("say.certificate.page_of"))) +
+      "<h1>" + title + "</h1>\n" +
       report::paragraph("number",
-                        say({"say.certificate.number", {{"number", shown(d.entry("number"))}}})));
+                        say({"say.certificate.number", {{"number", shown(d.entry("number"))}}}));
   if (!d.content.at("emulated").is_null())
     html += report::paragraph("emulated", say({"say.certificate.emulated",
                                                {{"cell", sentence(d, d.entry("emulated"))}}}));

@@ -11,7 +11,7 @@
 #include "calib/model/iso_time.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/journal/rows.h"
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/say.h"
 #include "daemon/tasks/options.h"
 #include "daemon/tasks/planned_round.h"
 

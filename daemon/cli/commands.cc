@@ -1,7 +1,5 @@
 #include "daemon/cli/commands.h"
 
-#include <fmt/format.h>
-
 #include <cstdio>
 #include <cstdlib>
 

@@ -17,7 +17,6 @@
 #include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "calib/result/finding_phrase.h"
-#include "daemon/cli/backup.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/controller_data.h"
 #include "daemon/cli/offline.h"

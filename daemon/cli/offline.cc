@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <ranges>
@@ -307,7 +309,8 @@ void require_output_folder(const std::filesystem::path& output) {
     throw std::runtime_error(output.string() + " is a folder. Give a file in it");
   if (::access(folder.c_str(), W_OK) != 0)
     throw std::runtime_error(fmt::format(
-        "no permission to write into {}. Use sudo, or choose another folder", folder.string()));
+        "cannot write into {}: {}. {}", folder.string(), std::strerror(errno),
+        errno == EACCES ? "Use sudo, or choose another folder" : "Choose another folder"));
 }
 
 void report_reading(const std::filesystem::path& csv, const calib::Robot& robot) {

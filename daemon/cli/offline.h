@@ -103,7 +103,7 @@ struct DoctorCommand {
 };
 int doctor(const DoctorCommand& command);
 
-// Calibration files, validated before use (identify.cc).
+// Calibration files, validated before use.
 
 /// Warns on standard error if the file has no checksum. Throws calib::FileError.
 calib::Calibration read_calibration(const std::filesystem::path& file);

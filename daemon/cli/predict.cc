@@ -100,10 +100,12 @@ calib::Calibration with_load(const calib::Calibration& calibration,
         loads.empty()
             ? "none"
             : fmt::format("{}", fmt::join(loads | std::views::transform(&calib::Load::id), ", "))));
+  const calib::Calibration loaded = calib::with_load(calibration, given[0]);
   const auto& touched = calibration.touched_loads;
   if (!touched.empty() && std::ranges::find(touched, given[0]) == touched.end())
-    warn({"say.cli.load.untouched", {{"load", given[0]}}});
-  return calib::with_load(calibration, given[0]);
+    warn(krl::heavier_than_touched(calibration, calib::load_of_tools(loaded.cell).mass_kg)
+             .value_or(calib::Phrase("say.cli.load.untouched", {{"load", given[0]}})));
+  return loaded;
 }
 
 constexpr const char* kOption = "--joints";

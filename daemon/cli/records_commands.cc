@@ -175,7 +175,9 @@ void add_replay(CLI::App& app, int& status) {
 void add_backup(CLI::App& app, int& status) {
   const auto [command, given, connection] = add_request<std::filesystem::path>(
       app, status, "backup", "Copy the whole journal, also while a session runs",
-      "The daemon writes the file: name a directory where its user may.\n"
+      "The daemon writes the file: name a directory where its user may. The service writes to "
+      "/var/lib/cellcal\nalone, or to what ReadWritePaths= adds (systemctl edit cellcald); purging the package deletes "
+      "that folder.\n"
       "Example: cellcal backup /var/lib/cellcal/journal-2026-11-20.db",
       back_up);
   command->add_option("FILE", *given, "File, must not exist")->required();

@@ -1,9 +1,12 @@
 #include "daemon/config/config_values.h"
 
 #include <arpa/inet.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -100,6 +103,13 @@ void refuse_secret_of_all(const std::filesystem::path& file) {
                            ": readable by every user of this computer. Restrict it: "
                            "chmod o= " +
                            file.string());
+}
+
+void refuse_unreadable(const std::filesystem::path& file) {
+  if (file.empty() || ::access(file.c_str(), R_OK) == 0) return;
+  throw std::runtime_error(file.string() + ": " + std::strerror(errno) +
+                           ". Give a file that the service's user may read (chgrp cellcal, "
+                           "chmod 640)");
 }
 
 std::filesystem::path read_path(const TomlTable& table, const char* key) {

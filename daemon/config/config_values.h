@@ -52,6 +52,9 @@ void refuse_without(const calib::TomlTable& table, const std::string& needed,
 /// Empty and missing paths are not checked here.
 void refuse_secret_of_all(const std::filesystem::path& file);
 
+/// Throws std::runtime_error with the remedy where this process may not read the file. Empty paths are not checked.
+void refuse_unreadable(const std::filesystem::path& file);
+
 /// Two elements of one telegram must not share a name.
 void refuse_equal_tags(const calib::TomlTable& rsi, const drivers::RsiConfig& config);
 

@@ -10,6 +10,7 @@
 
 #include "calib/files/input_file.h"
 #include "calib/files/json.h"
+#include "calib/files/json_fields.h"
 #include "calib/model/enum_table.h"
 #include "daemon/files/atomic_file.h"
 #include "drivers/units.h"
@@ -81,40 +82,45 @@ FrameOutcome outcome_of(EkiFrameEnd end) {
   return kTable[end];
 }
 
+using calib::JsonReader;
+using calib::fields::field, calib::fields::list, calib::fields::named, calib::fields::nullable,
+    calib::fields::object, calib::fields::text, calib::fields::whole;
+using calib::fields::Json, calib::fields::Table, calib::fields::Value;
 using nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.frames/1";
 constexpr int kMostNumber = 128;  // of TOOL_DATA and BASE_DATA on any controller
 
-FrameRecord record_from(const json& one) {
-  FrameRecord record;
-  const auto values = [](const json& list) {
-    const auto all = list.get<std::vector<double>>();
-    EkiFrameValues frame{};
-    if (all.size() != frame.size()) throw std::runtime_error("a frame must have six values");
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      if (!std::isfinite(all[i])) throw std::runtime_error("a frame's value is not finite");
-      frame[i] = all[i];
-    }
-    return frame;
-  };
-  record.id = one.at("id").get<int>();
-  if (record.id < 1) throw std::runtime_error("id must be at least 1");
-  record.time = one.at("time").get<std::string>();
-  record.by = one.at("by").get<std::string>();
-  record.reason = one.at("reason").get<std::string>();
-  record.words = one.at("words").get<std::string>();
-  const auto name = frame_name(one.at("frame").get<std::string>());
-  if (!name) throw std::runtime_error("frame is none");
-  record.name = *name;
-  record.before = values(one.at("before"));
-  record.sent = values(one.at("sent"));
-  if (!one.at("read_back").is_null()) record.read_back = values(one.at("read_back"));
-  if (!one.at("restores").is_null()) record.restores = one.at("restores").get<int>();
-  const auto outcome = by_own_name<FrameOutcome, ' '>(one.at("outcome").get<std::string>());
-  if (!outcome) throw std::runtime_error("unknown outcome");
-  record.outcome = *outcome;
-  return record;
+Value<EkiFrameValues> frame_values() {
+  return {[](const EkiFrameValues& values) -> Json { return values; },
+          [](const JsonReader& r) {
+            const std::vector<JsonReader> items = r.items();
+            EkiFrameValues values{};
+            if (items.size() != values.size()) r.fail("must have six values");
+            std::ranges::transform(items, values.begin(), &JsonReader::number);
+            return values;
+          }};
+}
+
+Table<FrameRecord> record_fields() {
+  using R = FrameRecord;
+  const Value<FrameName> frame{[](const FrameName& name) -> Json { return to_string(name); },
+                               [](const JsonReader& r) {
+                                 const auto name = frame_name(r.text());
+                                 if (!name) r.fail("is no frame");
+                                 return *name;
+                               }};
+  return {field("id", &R::id, whole<int>()),
+          field("time", &R::time, text()),
+          field("by", &R::by, text()),
+          field("reason", &R::reason, text()),
+          field("frame", &R::name, frame),
+          field("before", &R::before, frame_values()),
+          field("sent", &R::sent, frame_values()),
+          nullable("read_back", &R::read_back, frame_values()),
+          field("outcome", &R::outcome, named<FrameOutcome, ' '>()),
+          field("words", &R::words, text()),
+          nullable("restores", &R::restores, whole<int>())};
 }
 
 using drivers::EkiFrameDone;
@@ -374,41 +380,19 @@ std::string krl_text(const EkiFrameValues& values) {
 }
 
 std::string frames_to_json(const std::vector<FrameRecord>& records) {
-  json list = json::array();
-  for (const FrameRecord& one : records) {
-    list.push_back({{"id", one.id},
-                    {"time", one.time},
-                    {"by", one.by},
-                    {"reason", one.reason},
-                    {"frame", to_string(one.name)},
-                    {"before", one.before},
-                    {"sent", one.sent},
-                    {"read_back", one.read_back ? json(*one.read_back) : json(nullptr)},
-                    {"outcome", to_string(one.outcome)},
-                    {"words", one.words},
-                    {"restores", one.restores ? json(*one.restores) : json(nullptr)}});
-  }
-  return json{{"format", kFormat}, {"frames", std::move(list)}}.dump(
-             1, ' ', false, json::error_handler_t::replace) +
-         "\n";
+  const json all{{"format", kFormat}, {"frames", list(object(record_fields())).to(records)}};
+  return all.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 std::vector<FrameRecord> frames_from_json(const std::string& text, const std::string& file) {
   const json all = calib::parse_json(text);
-  if (!all.is_object() || all.value("format", json()) != kFormat || !all.contains("frames") ||
-      !all["frames"].is_array())
-    throw std::runtime_error(fmt::format("{}: is not {}", file, kFormat));
-  std::vector<FrameRecord> records;
-  for (const json& one : all["frames"]) {
-    try {
-      records.push_back(record_from(one));
-      if (records.size() > 1 && records[records.size() - 2].id >= records.back().id)
-        throw std::runtime_error("id must be above the one before");
-    } catch (const std::exception& wrong) {
-      throw std::runtime_error(
-          fmt::format("{}: frames[{}]: {}", file, records.size(), wrong.what()));
-    }
-  }
+  if (!all.is_object() || all.value("format", json()) != kFormat)
+    throw calib::FileError(file, fmt::format(": is not {}", kFormat));
+  auto records = list(object(record_fields())).from(JsonReader(all, file).at("frames"));
+  for (std::size_t i = 0; i < records.size(); ++i)
+    if (records[i].id <= (i == 0 ? 0 : records[i - 1].id))
+      throw calib::FileError(
+          file, fmt::format(".frames[{}].id: must be above the one before, and at least 1", i));
   return records;
 }
 

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -148,7 +149,12 @@ bool Wires::open_contact() {
   try {
     contact_.open();
   } catch (const std::exception& error) {
-    findings_.fail("contact port", error.what(), "say.doctor.port.do");
+    // The error of a device that is there has its own remedy.
+    std::error_code unknown;
+    const bool missing = !std::filesystem::exists(config_.contact.device, unknown);
+    findings_.fail(
+        "contact port", error.what(),
+        missing && !contact_seen_.datagrams ? "say.doctor.port.do" : "say.doctor.port.refused.do");
     return false;
   }
   const std::string warning = contact_.status().warning;

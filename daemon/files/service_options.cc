@@ -1,6 +1,12 @@
 #include "daemon/files/service_options.h"
 
+#include <grp.h>
+#include <pwd.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <system_error>
 
 #include "calib/files/calibration_json.h"
 
@@ -14,7 +20,8 @@ void describe_cellcald(CLI::App& app, DaemonOptions& options) {
   app.add_option("--config", options.config_file, "Configuration, format cellcal.daemon/1")
       ->capture_default_str();
   app.add_flag("--check", options.check,
-               "Check the configuration, with TLS certificate and key, and exit");
+               "Check the configuration and the files that it names, and exit; as root with the "
+               "rights of user cellcal, where --config is the default");
   app.add_flag("--verbose", options.verbose, "Log every step of a session");
   app.set_version_flag("--version", calib::software_version());
 }
@@ -41,12 +48,23 @@ void describe_cellcal_fleet(CLI::App& app, FleetOptions& options) {
   app.footer("Example: cellcal-fleet --config /etc/cellcal/fleet.toml --check");
   app.add_option("--config", options.config_file, "Configuration, format cellcal.fleet/1")
       ->capture_default_str();
-  app.add_flag("--check", options.check, "Check the configuration and exit");
+  app.add_flag("--check", options.check,
+               "Check the configuration and exit; as root with the rights of user cellcal, where "
+               "--config is the default");
   app.add_flag(
       "--reread-quarantine", options.reread,
       "After an update: read again what was refused, store what is now understood, and exit");
   app.add_flag("--verbose", options.verbose, "Log more");
   app.set_version_flag("--version", calib::software_version());
+}
+
+void become_user_of_service() {
+  const passwd* user = ::geteuid() == 0 ? ::getpwnam("cellcal") : nullptr;
+  if (user == nullptr) return;
+  const uid_t uid = user->pw_uid;
+  const gid_t gid = user->pw_gid;
+  if (::initgroups("cellcal", gid) != 0 || ::setgid(gid) != 0 || ::setuid(uid) != 0)
+    throw std::system_error(errno, std::generic_category(), "cannot check as user cellcal");
 }
 
 }  // namespace cellcal::daemon

@@ -27,4 +27,8 @@ struct FleetOptions {
 };
 void describe_cellcal_fleet(CLI::App& app, FleetOptions& options);
 
+/// As root, takes user and groups of the installed services for the rest of the process; without such a user nothing.
+/// Throws std::system_error.
+void become_user_of_service();
+
 }  // namespace cellcal::daemon

@@ -74,10 +74,15 @@ int main(int argc, char** argv) {
   };
   fleet::FleetConfig config;
   try {
+    if (options.check && options.config_file == FleetOptions().config_file)
+      become_user_of_service();
     config = fleet::load_fleet_config(options.config_file);
     if (options.check) {
-      refuse_secret_of_all(config.collector.broker.key);
-      refuse_secret_of_all(config.collector.broker.password_file);
+      const auto& broker = config.collector.broker;
+      for (const auto& file : {broker.ca, broker.certificate, broker.key, broker.password_file})
+        refuse_unreadable(file);
+      refuse_secret_of_all(broker.key);
+      refuse_secret_of_all(broker.password_file);
     }
   } catch (const std::exception& error) {
     complain(error);

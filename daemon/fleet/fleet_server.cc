@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/api/http/http.h"
 #include "daemon/api/http/server.h"
 #include "daemon/plant/messages/text_fields.h"
 

@@ -268,7 +268,7 @@ std::vector<Place> places_of(pqxx::work& work, const std::vector<Fact>& facts) {
   return places;
 }
 
-void parse_numbers(pqxx::work& work, const json& taken) {
+void mark_numbers_taken(pqxx::work& work, const json& taken) {
   work.exec_params(
       "UPDATE journals j SET newest = now(), numbers = j.numbers + n.numbers, dropped = CASE WHEN "
       "(SELECT count(*) FROM unnest(j.dropped)) < $2 THEN j.dropped + n.dropped ELSE j.dropped END "
@@ -345,7 +345,7 @@ Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<
   }
   for (const char* table : kRowTables)
     if (rows.contains(table)) insert(work, table, rows[table]);
-  if (!taken.empty()) parse_numbers(work, taken);
+  if (!taken.empty()) mark_numbers_taken(work, taken);
   written.stored = stored_of(work, facts, places);
   return written;
 }

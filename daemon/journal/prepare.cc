@@ -87,8 +87,9 @@ std::string schema() {
   return sql + kOwnTables;
 }
 
+template <class Error = JournalError>
 [[noreturn]] void refuse(const Database& database, const std::string& words) {
-  throw JournalError("journal " + database.name() + ": " + words);
+  throw Error("journal " + database.name() + ": " + words);
 }
 
 void make_new(Database& database, HeadFile& head, Chain& chain) {
@@ -110,10 +111,11 @@ void make_new(Database& database, HeadFile& head, Chain& chain) {
 
 void refuse_others(Database& database, std::int64_t version) {
   if (database.integer("PRAGMA application_id") != kApplicationId) {
-    refuse(database, "this is the database of another program. Set another state directory");
+    refuse<OtherJournalError>(
+        database, "this is the database of another program. Set another state directory");
   }
   if (version < kEarliestVersion || version > kSchemaVersion) {
-    refuse(
+    refuse<OtherJournalError>(
         database,
         fmt::format(
             "schema version {}, supported is {}. Install the cellcald that wrote it, or move it aside "

@@ -175,14 +175,23 @@ bool ControllerViews::counts_for_the_cells(int number, const Eigen::Isometry3d& 
 }
 
 std::optional<calib::Phrase> heavier_than_touched(const calib::Calibration& c, double mass_kg) {
-  constexpr double kMuchMore = 2.0;
+  constexpr double kMuchMore = 2.0, kMore = 1.1;
   double held_kg = 0.0;
   for (const calib::Load& load : c.cell.loads)
     if (std::ranges::find(c.touched_loads, load.id) != c.touched_loads.end())
       held_kg = std::max(held_kg, load.mass_kg);
   const double touched_kg = calib::load_of_tools(c.cell).mass_kg + held_kg;
-  if (mass_kg <= kMuchMore * touched_kg) return std::nullopt;
-  return calib::Phrase("say.cli.load.heavier", {{"load", mass_kg}, {"touched", touched_kg}});
+  // (2b) has gravity's torque in tanh; that gear feels it less the spring's, and the touches fit the difference.
+  const auto sprung = std::ranges::find_if(c.cell.robot.joints, [](const calib::Joint& joint) {
+    return joint.counterbalance_sigma_rad > 0.0 && joint.stiffening_sigma_rad > 0.0;
+  });
+  const bool any = sprung != c.cell.robot.joints.end();
+  if (mass_kg <= (any ? kMore : kMuchMore) * touched_kg) return std::nullopt;
+  calib::Phrase phrase("say.cli.load.heavier", {{"load", mass_kg}, {"touched", touched_kg}});
+  if (any)
+    phrase = {"say.cli.load.heavier.spring",
+              {{"load", mass_kg}, {"touched", touched_kg}, {"joint", sprung->name}}};
+  return phrase;
 }
 
 double ControllerViews::borne_kg(const Frames& frames) const {
@@ -203,7 +212,7 @@ ControllerView* ControllerViews::of(const Frames& frames) {
   const bool another = !other && load && counts_for_the_cells(tool.number, *frame, *load);
   auto& view = views_[key];
   view = std::make_unique<ControllerView>(calibration_, *frame, load, other || another);
-  if (view->is_the_cells() && (other || another) && load) borne_kg_[key] = load->mass_kg;
+  if (load && (!view->is_the_cells() || other || another)) borne_kg_[key] = load->mass_kg;
   used_.push_back({tool.literal ? -1 : tool.number, view->is_the_cells(),
                    view->is_the_cells() || load.has_value(),
                    other     ? other->number

@@ -97,7 +97,7 @@ class ControllerViews {
   const std::vector<ToolUsed>& used() const { return used_; }
   /// By number of those whose LOAD_DATA is not the load of the cell file's tool.
   const std::map<int, calib::Phrase>& warnings() const { return warnings_; }
-  /// Mass of LOAD_DATA that the cell's tool bears in place of its own; 0: its own.
+  /// Mass of LOAD_DATA that the arm bears in place of the cell's tool; 0: that of the cell's tool.
   double borne_kg(const Frames& frames) const;
   const calib::Calibration& calibration() const { return calibration_; }
 

@@ -13,13 +13,12 @@
 #include "daemon/krl/carriers.h"
 #include "daemon/krl/controller_view.h"
 #include "daemon/krl/fix_lines.h"
+#include "drivers/kuka/krl/krl_template.h"
 
 namespace cellcal::daemon::krl {
 
-// cellcal_fix.src.in, what follows it for external axes, and cellcal's version, made by the build, so that the command needs
-// no other file.
+/// cellcal_fix.src.in and what follows it for external axes, compiled in by the build.
 extern const std::string_view kFixTemplate, kFixExternalTemplate;
-extern const char* const kFixRelease;
 
 namespace {
 
@@ -425,45 +424,18 @@ int id_of(const std::string& sha256) {
   return id;
 }
 
-/// Lines of the template: "@X" with external axes alone, "@-" without; a block of "@E" once for each, % its name and
-/// # its number among them.
-std::string lines_for(std::string_view text, const std::vector<std::string>& external) {
-  std::string result, block;
-  const auto put_block = [&] {
-    for (std::size_t i = 0; i < external.size(); ++i)
-      for (const char c : block)
-        result += c == '%' ? external[i] : c == '#' ? std::to_string(i + 1) : std::string(1, c);
-    block.clear();
-  };
-  while (!text.empty()) {
-    const std::string_view line = text.substr(0, std::min(text.find('\n'), text.size() - 1) + 1);
-    text.remove_prefix(line.size());
-    if (line.starts_with("@E")) {
-      block += line.substr(2);
-      continue;
-    }
-    put_block();
-    const bool marked = line.starts_with("@X") || line.starts_with("@-");
-    if (!marked || line.starts_with("@X") == !external.empty())
-      result += line.substr(marked ? 2 : 0);
-  }
-  put_block();
-  return result;
-}
-
-std::string filled(std::string_view text, const std::map<std::string, std::string>& places) {
-  std::string result;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    const auto end = text[at] == '@' ? text.find('@', at + 1) : std::string_view::npos;
-    if (text[at] == '\n') result += '\r';
-    if (end == std::string_view::npos) {
-      result += text[at];
-      continue;
-    }
-    result += places.at(std::string(text.substr(at + 1, end - at - 1)));
-    at = end;
-  }
-  return result;
+/// The module's program. Lines of its templates are there with external axes, without, or once for each of them.
+std::string program_text(const std::vector<std::string>& external, const std::string& id) {
+  using drivers::krl::once_if, drivers::krl::Places;
+  std::vector<Places> axes;
+  for (const std::string& name : external)
+    axes.push_back({{"NAME", name}, {"N", std::to_string(axes.size() + 1)}});
+  std::string text(kFixTemplate);
+  if (!external.empty()) text += "\n" + std::string(kFixExternalTemplate);
+  return drivers::krl::fill(text, {{"VERSION", drivers::krl::release()}, {"ID", id}},
+                            {{"EXTERNAL", once_if(!external.empty())},
+                             {"ARM_ALONE", once_if(external.empty())},
+                             {"AXIS", axes}});
 }
 
 }  // namespace
@@ -497,7 +469,7 @@ FixModule fix_module(const calib::Calibration& c, const Data& data,
   out.line("&ACCESS RVP");
   out.line("&REL 1");
   out.line("DEFDAT CELLCAL_FIX PUBLIC");
-  out.comment(fmt::format("cellcal {}: numbers of cellcal_fix.src", kFixRelease));
+  out.comment(fmt::format("cellcal {}: numbers of cellcal_fix.src", drivers::krl::release()));
   out.comment("calibration SHA-256 " + options.calibration_sha256);
   out.comment("FALSE: the program's points as they are");
   out.line("DECL GLOBAL BOOL CC_FIX_ON=TRUE");
@@ -517,9 +489,7 @@ FixModule fix_module(const calib::Calibration& c, const Data& data,
   write_messages(!external.empty(), out);
   out.line("ENDDAT");
   module.dat = {"cellcal_fix.dat", out.text()};
-  std::string src = lines_for(kFixTemplate, external);
-  if (!external.empty()) src += "\n" + lines_for(kFixExternalTemplate, external);
-  module.src = {"cellcal_fix.src", filled(src, {{"VERSION", kFixRelease}, {"ID", id}})};
+  module.src = {"cellcal_fix.src", program_text(external, id)};
   return module;
 }
 

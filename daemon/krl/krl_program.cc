@@ -4,6 +4,7 @@
 #include <array>
 #include <iterator>
 #include <set>
+#include <string_view>
 
 #include "calib/files/text.h"
 #include "calib/model/error.h"
@@ -265,7 +266,7 @@ class Reader {
     motion.module = module_;
     motion.cp = kAxisMotions.count(t[0].word) == 0;
     motion.start = flow_.now();
-    flow_.lose({});  // unless the target is known
+    flow_.lose({t[0].word, line.number});  // unless the target is known
     motion.frames = state.at_motion(line, motion.wrong_frame_data);
     if (motion.wrong_frame_data) motion.wrong_frame_data->file = src_.name;
     const auto refuse_line = [&](Why why) {
@@ -275,7 +276,7 @@ class Reader {
     if (sign_at(t, at, '{')) {
       auto value = read_aggregate(t, at);
       motion.point = "line " + std::to_string(line.number);
-      if (!value) return refuse_line(Why::kPartial);
+      if (!value) return refuse_line(is_computed(t, at) ? Why::kComputed : Why::kPartial);
       if (sign_at(t, value->after, ':')) return refuse_line(Why::kGeometricOperator);
       at = value->after;
       const PointKind kind = kind_of(*value);
@@ -310,6 +311,19 @@ class Reader {
     flow_.moved(program_.motions.size());
     program_.motions.push_back(std::move(motion));
     return true;
+  }
+
+  /// {X 200.0+17.5,Y V[1],Z LIFT(2),...} from tokens[at]: more than numbers, their signs and names.
+  static bool is_computed(const std::vector<Token>& t, std::size_t at) {
+    for (++at; at < t.size() && !sign_at(t, at, '}'); ++at) {
+      const bool of_a_number =
+          t[at - 1].kind == Kind::kWord && (sign_at(t, at, '-') || sign_at(t, at, '+')) &&
+          (sign_at(t, at - 2, '{') || sign_at(t, at - 2, ',') || sign_at(t, at - 2, ':'));
+      if (t[at].kind == Kind::kSign && !of_a_number &&
+          std::string_view("{:,").find(t[at].word) == std::string_view::npos)
+        return true;
+    }
+    return false;
   }
 
   /// [2], [1,2] and .P after the name; false: a computed index.

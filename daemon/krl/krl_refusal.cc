@@ -28,6 +28,7 @@ calib::Phrase why_phrase(const Refusal& r, const calib::Robot& robot) {
   static const std::set<std::string> frames = {"$BASE", "$TOOL", "BASE_DATA", "TOOL_DATA"};
   const char* const form = r.lost.any_time                                          ? ".any_time"
                            : frame && by_bas                                        ? ".bas"
+                           : r.why == Why::kComputed && r.what.starts_with("line ") ? ".written"
                            : r.why == Why::kUnknownPoint && r.what.starts_with('$') ? ".system"
                            : r.why == Why::kOwnPosition && frames.contains(r.what)  ? ".frame"
                                                                                     : "";

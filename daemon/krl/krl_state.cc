@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 #include <set>
+#include <utility>
 
 #include "daemon/krl/krl_inline.h"
 #include "daemon/krl/krl_types.h"
@@ -562,7 +563,10 @@ void FrameState::read_bas(const Line& line, State& state) const {
   const std::string& command = t[2].word;
   const auto number = t.size() == 6 && sign_at(t, 3, ',') ? slot_number(t[4]) : std::nullopt;
   if (kFromFrameData.count(command) > 0) {
-    state.now = state.pending;
+    const Frames before = std::exchange(state.now, state.pending);
+    const Lost here = at("BAS(" + command + ")", line.number);
+    if (before.tool && !state.now.tool) state.now.tool_at = here;
+    if (before.base && !state.now.base) state.now.base_at = here;
     state.wrong = state.pending_wrong;
   } else if (command == "#TOOL" || command == "#BASE") {
     const Lost here = at("BAS(" + command + ")", line.number);

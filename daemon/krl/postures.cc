@@ -18,6 +18,8 @@ using Eigen::Isometry3d;
 constexpr double kSameJointRad = 1e-6;
 /// An A5 below is 0, as in a home: a path from there may lead to either sign.
 constexpr double kStraightWristRad = 1e-4;
+/// Whole turns by which the real TCP moves less than this do not matter.
+constexpr double kSameTcpM = 2e-5;
 /// Each follows the text; further ones follow loops and calls backwards.
 constexpr int kMostPasses = 8;
 
@@ -28,6 +30,24 @@ bool same_joints(const JointVector& a, const JointVector& b) {
 }
 
 bool either_wrist(const JointVector& q) { return std::abs(q[q.size() - 2]) < kStraightWristRad; }
+
+/// The real TCP is elsewhere with axes further by whole turns: ripples of a gear repeat only with the motor.
+bool turns_matter(const ControllerView& view, const JointVector& q) {
+  const Eigen::Vector3d tcp = view.real(q).tcp.translation();
+  double sum_m = 0.0;
+  for (std::size_t i = view.robot().first_turning(); i < q.size(); ++i) {
+    const calib::Joint& joint = view.robot().joints[i];
+    double most_m = 0.0;
+    for (const double turn : {-calib::kRadPerTurn, calib::kRadPerTurn}) {
+      JointVector other = q;
+      other[i] += turn;
+      if (other[i] >= joint.min_rad && other[i] <= joint.max_rad)
+        most_m = std::max(most_m, (view.real(other).tcp.translation() - tcp).norm());
+    }
+    sum_m += most_m;
+  }
+  return sum_m > kSameTcpM;
+}
 
 }  // namespace
 
@@ -43,7 +63,11 @@ Postures::Postures(const Program& program, ControllerViews& views, const Carrier
   find_ignored();
   for (std::size_t i = 0; i < program.motions.size(); ++i)
     if (joints_.count(i) == 0 && is_out_of_reach(program.motions[i])) never_.insert(i);
+  while (fill_status()) {
+  }
   while (remove_wrong()) {
+  }
+  while (fill_any_turn()) {
   }
 }
 
@@ -92,7 +116,7 @@ std::vector<JointVector> Postures::known_starts(std::size_t motion, const Joints
     if (const auto at = joints.find(one); at != joints.end())
       known.push_back(at->second);
     else
-      all = all && never(one);
+      all = all && (never(one) || status_.count(one) > 0);
   return known;
 }
 
@@ -172,6 +196,58 @@ std::optional<JointVector> Postures::find(std::size_t index, bool as_stated) {
   return q || !as_stated ? q : own();
 }
 
+/// S where a motion that stays ends though its axes are not known (a tool fixed in the cell): a PTP's own, or that of a
+/// known start of a path.
+std::optional<int> Postures::find_status(std::size_t index) {
+  const Motion& motion = program_.motions[index];
+  const Point* const point = point_of(motion);
+  if (!motion.left || point == nullptr || point->kind == PointKind::kAxes ||
+      carriers_.wrong_value(*point) || target_of(motion))
+    return std::nullopt;
+  if (!motion.cp) {
+    const auto own = status_turn(*point);
+    return own ? std::optional(own->status) : std::nullopt;
+  }
+  for (const std::size_t one : before_[index].motions)
+    if (const auto status = status_after(one)) return status;
+  return std::nullopt;
+}
+
+std::optional<int> Postures::status_after(std::size_t index) {
+  if (const auto known = status_.find(index); known != status_.end()) return known->second;
+  const auto q = at(index);
+  const Motion& motion = program_.motions[index];
+  ControllerView* const view = q && motion.frames.tool ? view_of(motion) : nullptr;
+  return view != nullptr && view->closed_form() ? std::optional(view->status_turn(*q).status)
+                                                : std::nullopt;
+}
+
+bool Postures::fill_status() {
+  bool news = false;
+  for (std::size_t i = 0; i < program_.motions.size(); ++i) {
+    if (joints_.count(i) + status_.count(i) > 0) continue;
+    const auto status = find_status(i);
+    if (status) status_[i] = *status;
+    news = news || status;
+  }
+  return news;
+}
+
+/// Whole turns stay unknown from there until S and T, or axis angles, select them.
+bool Postures::fill_any_turn() {
+  bool news = false;
+  for (const auto& [i, q] : joints_) {
+    const Motion& motion = program_.motions[i];
+    const bool selects =
+        !motion.cp && (point_of(motion)->kind == PointKind::kAxes || stated(motion));
+    if (!selects && std::ranges::any_of(before_[i].motions, [&](std::size_t one) {
+          return status_.count(one) + any_turn_.count(one) > 0;
+        }))
+      news = any_turn_.insert(i).second || news;
+  }
+  return news;
+}
+
 /// True if a further motion's posture is found.
 bool Postures::fill(bool as_stated) {
   bool news = false;
@@ -191,15 +267,21 @@ std::optional<Why> Postures::wrong(std::size_t index, const JointsOfMotions& joi
   if (!motion.cp && !follows) return std::nullopt;
   const bool ignores = ignored(motion.point);
   const Why unknown = ignores ? Why::kOtherPosture : Why::kNoConfiguration;
-  const auto from = starts(index, joints);
-  if (from.empty()) return follows && !ignores ? unknown : Why::kPostureNotKnown;
+  bool all = false;
+  const auto from = known_starts(index, joints, all);
+  std::set<int> statuses;  // of starts whose axes are not known
+  for (const std::size_t one : before_[index].motions)
+    if (const auto known = status_.find(one); known != status_.end())
+      statuses.insert(known->second);
+  if (!all || (from.empty() && statuses.empty()) || (follows && !statuses.empty()))
+    return follows && !ignores ? unknown : Why::kPostureNotKnown;
   ControllerView& view = *view_of(motion);
   if (!view.closed_form()) return Why::kNoClosedForm;
   const JointVector& q = joints.at(index);
   const int status = view.status_turn(q).status;
-  if (!std::ranges::all_of(
-          from, [&](const JointVector& one) { return view.status_turn(one).status == status; }))
-    return follows ? unknown : Why::kOtherPosture;
+  for (const JointVector& one : from) statuses.insert(view.status_turn(one).status);
+  if (statuses != std::set{status}) return follows ? unknown : Why::kOtherPosture;
+  if (any_turn_.count(index) > 0 && turns_matter(view, q)) return Why::kPostureNotKnown;
   if (!follows || &joints != &joints_) return std::nullopt;
   const Isometry3d tcp = *base_of(motion) * calib::to_isometry(*frame_of(point.value));
   for (const JointVector& one : from)
@@ -214,6 +296,13 @@ bool Postures::remove_wrong() {
   bool news = false;
   for (std::size_t i = 0; i < program_.motions.size(); ++i) {
     const Motion& motion = program_.motions[i];
+    if (motion.cp && status_.count(i) > 0) {
+      const Before& before = before_[i];
+      const bool kept = !before.lost && std::ranges::all_of(before.motions, [&](std::size_t one) {
+        return never(one) || status_after(one) == status_.at(i);
+      });
+      if (!kept) news = status_.erase(i) > 0 || news;
+    }
     if (!motion.left || joints_.count(i) == 0) continue;
     const Point& point = *point_of(motion);
     if (!motion.cp && (point.kind == PointKind::kAxes || stated(motion))) continue;

@@ -52,6 +52,11 @@ class Postures {
   std::optional<calib::JointVector> find_axes(const Motion& motion, const Point& point);
   std::optional<calib::JointVector> find(std::size_t index, bool as_stated);
   bool fill(bool as_stated);
+  std::optional<int> find_status(std::size_t index);
+  /// S at its end; empty: unknown.
+  std::optional<int> status_after(std::size_t index);
+  bool fill_status();
+  bool fill_any_turn();
   bool remove_wrong();
 
   const Program& program_;
@@ -59,6 +64,8 @@ class Postures {
   const Carriers& carriers_;
   std::vector<Before> before_;  ///< of each motion
   JointsOfMotions joints_;
+  std::map<std::size_t, int> status_;  ///< S of motions whose joints are not known
+  std::set<std::size_t> any_turn_;     ///< whose joints may be others by whole turns
   std::set<std::size_t> never_;
   std::set<std::string> selected_;  ///< points whose S and T select a posture: those of PTP and SPTP
   std::set<std::string> ignored_;   ///< points whose S and T do not count

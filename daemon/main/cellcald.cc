@@ -10,7 +10,9 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/log.h"
 #include "daemon/files/service_options.h"
+#include "daemon/journal/journal.h"
 #include "daemon/main/daemon.h"
+#include "drivers/error.h"
 
 int main(int argc, char** argv) {
   using cellcal::daemon::DaemonConfig;
@@ -34,8 +36,14 @@ int main(int argc, char** argv) {
   };
   DaemonConfig config;
   try {
+    // The service may not read all that root may.
+    if (options.check && options.config_file == cellcal::daemon::DaemonOptions().config_file)
+      cellcal::daemon::become_user_of_service();
     config = read_config();
-    if (options.check) cellcal::daemon::check_files_of(config);
+    if (options.check)
+      cellcal::daemon::check_files_of(config);
+    else
+      cellcal::daemon::check_tls_of(config);
   } catch (const std::exception& error) {
     complain(error);
     return kUsage;
@@ -49,6 +57,12 @@ int main(int argc, char** argv) {
     cellcal::daemon::set_up_log(config.log_debug);
     cellcal::daemon::run_daemon(config, read_config);
     return 0;
+  } catch (const cellcal::drivers::ConfigError& error) {
+    complain(error);
+    return kUsage;
+  } catch (const cellcal::daemon::OtherJournalError& error) {
+    complain(error);
+    return kUsage;
   } catch (const std::exception& error) {
     complain(error);
     return kFailed;

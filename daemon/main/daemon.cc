@@ -1,14 +1,19 @@
 #include "daemon/main/daemon.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
+#include <unistd.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cerrno>
 #include <csignal>
+#include <cstdlib>
 
 #include "calib/files/calibration_json.h"
+#include "calib/files/input_file.h"
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/http.h"
@@ -236,35 +241,59 @@ Api::ReadPosition position_reader(const LiveConfig& live) {
   return [config] { return drivers::read_position(config->eki.address, config->eki.port); };
 }
 
+/// In the service's sandbox the rest of the disk is read-only.
+void make_state_dir(const std::filesystem::path& folder) {
+  std::error_code code;
+  std::filesystem::create_directories(folder, code);
+  if (!code && ::access(folder.c_str(), W_OK) != 0) code.assign(errno, std::generic_category());
+  if (code)
+    throw drivers::ConfigError(fmt::format(
+        "state_dir {}: {}. The service writes to /var/lib/cellcal alone: another folder "
+        "belongs to user cellcal, and to ReadWritePaths= (systemctl edit cellcald)",
+        folder.string(), code.message()));
+}
+
 }  // namespace
+
+void check_tls_of(const DaemonConfig& config) {
+  if (config.http) check_tls(address_of(*config.http));
+}
 
 void check_files_of(const DaemonConfig& config) {
   if (const std::string obstacle = unattended_obstacle(config); !obstacle.empty())
     throw drivers::ConfigError(obstacle);
-  std::vector<std::filesystem::path> secrets;
-  if (config.http) {
-    check_tls(address_of(*config.http));
-    secrets.push_back(config.http->tls_key);
-  }
+  check_tls_of(config);
+  std::vector<std::filesystem::path> secrets, others;
+  if (config.http) secrets.push_back(config.http->tls_key);
   if (config.plant) {
-    secrets.push_back(config.plant->key);
-    secrets.push_back(config.plant->password_file);
+    secrets.insert(secrets.end(), {config.plant->key, config.plant->password_file});
+    others.insert(others.end(), {config.plant->ca, config.plant->certificate});
   }
-  if (config.notify.webhook) secrets.push_back(config.notify.webhook->secret_file);
-  if (config.notify.mail && config.notify.mail->server)
+  if (config.notify.webhook) {
+    secrets.push_back(config.notify.webhook->secret_file);
+    others.push_back(config.notify.webhook->ca);
+  }
+  if (config.notify.mail && config.notify.mail->server) {
     secrets.push_back(config.notify.mail->server->password_file);
+    others.push_back(config.notify.mail->server->ca);
+  }
   std::ranges::for_each(secrets, refuse_secret_of_all);
+  std::ranges::for_each(secrets, refuse_unreadable);
+  std::ranges::for_each(others, refuse_unreadable);
 }
 
 void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>& read_config) {
   // A disconnected client and the file size limit are handled as error codes.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
+  if (std::getenv("STATE_DIRECTORY") != nullptr)  // set by the unit, with its sandbox
+    calib::set_advice_for_missing_files(
+        ". The service does not see /tmp, nor home folders closed to others: copy it to /etc/cellcal");
   asio::io_context context;
   asio::signal_set signals(context, SIGTERM, SIGINT), abort_signal(context, SIGUSR1),
       hang_ups(context, SIGHUP);
 
-  std::filesystem::create_directories(config.state_dir);
+  make_state_dir(config.state_dir);
   Journal journal(config.state_dir / "journal.db");
   for (const std::string& remark : journal.remarks()) spdlog::warn("{}", remark);
   LiveConfig live(config, read_config);

@@ -6,7 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <sstream>
+#include <utility>
 
 namespace cellcal::daemon {
 
@@ -161,10 +163,30 @@ std::string values_of(const CommandHelp& command, const std::string& name) {
     if (option.value.empty()) continue;
     for (const std::string& flag : option.flags)
       text +=
-          fmt::format("    {}:{}) words=\"{}\" ;;\n", name, flag, fmt::join(option.choices, " "));
+          fmt::format("    '{}':{}) words=\"{}\" ;;\n", name, flag, fmt::join(option.choices, " "));
   }
   return text;
 }
+
+std::string names_of(const std::vector<CommandHelp>& commands) {
+  std::string text;
+  for (const CommandHelp& command : commands) text += (text.empty() ? "" : " ") + command.name;
+  return text;
+}
+
+/// Cases of bash's completion, by the commands that were entered: "fleet cells".
+struct BashCases {
+  std::string values, flags, names;
+
+  void add(const CommandHelp& command, const std::string& entered) {
+    values += values_of(command, entered);
+    flags += fmt::format("      '{}') words=\"{}\" ;;\n", entered, flags_of(command));
+    if (command.commands.empty()) return;
+    names += fmt::format("      '{}') names=\"{}\" ;;\n", entered, names_of(command.commands));
+    for (const CommandHelp& inner : command.commands)
+      add(inner, entered + (entered.empty() ? "" : " ") + inner.name);
+  }
+};
 
 std::string quoted(const std::string& words) {
   std::string text = "'";
@@ -195,6 +217,25 @@ std::string options_of(const std::string& program, const CommandHelp& command,
     if (option.flags.empty()) continue;
     text += fmt::format("complete -c {}{}{}{} -d {}\n", program, when, flag_words(option),
                         value_words(option), quoted(option.words));
+  }
+  return text;
+}
+
+/// The commands within `command`. `entered`: fish's condition for that; empty: the program itself.
+std::string fish_commands(const std::string& program, const CommandHelp& command,
+                          const std::string& entered) {
+  const std::string next = entered.empty()
+                               ? "__fish_use_subcommand"
+                               : fmt::format("{}; and not __fish_seen_subcommand_from {}", entered,
+                                             names_of(command.commands));
+  std::string text;
+  for (const CommandHelp& inner : command.commands) {
+    const std::string now = fmt::format("{}{}__fish_seen_subcommand_from {}", entered,
+                                        entered.empty() ? "" : "; and ", inner.name);
+    text += fmt::format("complete -c {} -n '{}' -f -a {} -d {}\n", program, next, inner.name,
+                        quoted(inner.words));
+    text += options_of(program, inner, fmt::format(" -n '{}'", now)) +
+            fish_commands(program, inner, now);
   }
   return text;
 }
@@ -230,6 +271,29 @@ std::string arguments_of(const CommandHelp& command, const std::string& indent) 
       text += fmt::format(" \\\n{}'{}[{}]{}'", indent, flag, words, value_of(option));
   }
   return text;
+}
+
+std::string zsh_arguments(const CommandHelp& command, const std::string& indent) {
+  const std::string own = arguments_of(command, indent + "    ");
+  if (command.commands.empty()) return fmt::format("_arguments{}", own);
+  std::string names, commands;
+  for (const CommandHelp& inner : command.commands) {
+    names += fmt::format("{}      '{}:{}'\n", indent, inner.name, quoted(inner.words, "\\"));
+    commands += fmt::format("{}      {}) {} ;;\n", indent, inner.name,
+                            zsh_arguments(inner, indent + "      "));
+  }
+  return fmt::format(R"(_arguments -C{1} \
+{0}    '1:command:->command' '*::argument:->argument'
+{0}case $state in
+{0}  command)
+{0}    commands=(
+{2}{0}    )
+{0}    _describe -t commands command commands ;;
+{0}  argument)
+{0}    case $line[1] in
+{3}{0}    esac ;;
+{0}esac)",
+                     indent, own, names, commands);
 }
 
 }  // namespace
@@ -285,7 +349,9 @@ std::vector<ManSection> cellcald_sections() {
       {"EXIT STATUS",
        {{"0", "Ended by SIGTERM or SIGINT."},
         {"1", "Could not start: another cellcald, a damaged journal."},
-        {"2", "Wrong usage or configuration. A restart does not help."}}},
+        {"2",
+         "Wrong usage or configuration, a file of it that cannot be read, a state_dir that cannot be "
+         "written, a journal of another version. A restart does not help."}}},
       {"SIGNALS",
        {{"SIGTERM, SIGINT", "Stop the arm, record the end of the session, end."},
         {"SIGUSR1", "'cellcal abort' without a connection: stop the arm, end the session."},
@@ -296,7 +362,9 @@ std::vector<ManSection> cellcald_sections() {
       {"FILES",
        {{"/etc/cellcal/cellcald.toml", "The configuration."},
         {"/var/lib/cellcal", "Journal and results of all sessions."},
-        {"/run/cellcal/cellcald.sock", "Where cellcal connects."},
+        {"/run/cellcal/cellcald.sock",
+         "Where cellcal connects. Another one (key socket) is named to cellcal --socket, and in "
+         "drop-ins of the other units."},
         {"/run/cellcal/plant/cellcald.sock", "Where cellcal-plant connects."}}}};
 }
 
@@ -326,35 +394,37 @@ CommandHelp command_tree(const CLI::App& app) {
   CommandHelp help{app.get_name(), app.get_description(), {}, {}, {}, {}};
   parse_footer(app.get_footer(), help);
   for (const CLI::Option* option : app.get_options()) help.options.push_back(option_help(*option));
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-    help.commands.push_back(command_tree(*command));
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    CommandHelp inner = command_tree(*command);
+    if (!inner.name.empty())
+      help.commands.push_back(std::move(inner));
+    else  // a group of options
+      std::ranges::move(inner.options, std::back_inserter(help.options));
+  }
   return help;
 }
 
 std::string bash_completion(const CommandHelp& program) {
-  std::string values = values_of(program, ""), flags, names;
-  flags += fmt::format("      '') words=\"{}\" ;;\n", flags_of(program));
-  for (const CommandHelp& command : program.commands) {
-    values += values_of(command, command.name);
-    flags += fmt::format("      {}) words=\"{}\" ;;\n", command.name, flags_of(command));
-    names += " " + command.name;
-  }
+  BashCases cases;
+  cases.add(program, "");
   return fmt::format(R"(# bash completion of {0}, made from the source of its --help
 _{0}() {{
-  local cur=${{COMP_WORDS[COMP_CWORD]}} prev=${{COMP_WORDS[COMP_CWORD-1]}} command= words=- i
+  local cur=${{COMP_WORDS[COMP_CWORD]}} prev=${{COMP_WORDS[COMP_CWORD-1]}} command= words=- names i
   COMPREPLY=()
-  for ((i = 1; i < COMP_CWORD; i++)); do
-    case " {1} " in *" ${{COMP_WORDS[i]}} "*) command=${{COMP_WORDS[i]}}; break ;; esac
+  for ((i = 1;; i++)); do
+    names=
+    case $command in
+{1}    esac
+    ((i < COMP_CWORD)) || break
+    [[ -z $names || " $names " != *" ${{COMP_WORDS[i]}} "* ]] || command+=${{command:+ }}${{COMP_WORDS[i]}}
   done
   case $command:$prev in
 {2}  esac
   if [[ $words == - ]]; then
-    words=
+    words=$names
     if [[ $cur == -* ]]; then
       case $command in
 {3}      esac
-    elif [[ -z $command ]]; then
-      words="{1}"
     fi
   fi
   if [[ -n $words ]]; then
@@ -364,54 +434,29 @@ _{0}() {{
 }}
 complete -o default -F _{0} {0}
 )",
-                     program.name, names.empty() ? "" : names.substr(1), values, flags);
+                     program.name, cases.names, cases.values, cases.flags);
 }
 
 std::string fish_completion(const CommandHelp& program) {
-  std::string text =
-      fmt::format("# fish completion of {}, made from the source of its --help\n", program.name);
   const bool commands = !program.commands.empty();
-  text += options_of(program.name, program, commands ? " -n __fish_use_subcommand" : "");
-  for (const CommandHelp& command : program.commands) {
-    text += fmt::format("complete -c {} -n __fish_use_subcommand -f -a {} -d {}\n", program.name,
-                        command.name, quoted(command.words));
-    text += options_of(program.name, command,
-                       fmt::format(" -n '__fish_seen_subcommand_from {}'", command.name));
-  }
-  return text;
+  return fmt::format("# fish completion of {}, made from the source of its --help\n",
+                     program.name) +
+         options_of(program.name, program, commands ? " -n __fish_use_subcommand" : "") +
+         fish_commands(program.name, program, "");
 }
 
 std::string zsh_completion(const CommandHelp& program) {
-  std::string text = fmt::format(
-      "#compdef {0}\n# zsh completion of {0}, made from the source of its --help\n_{0}() {{\n",
-      program.name);
-  if (program.commands.empty())
-    return text + fmt::format("  _arguments{}\n}}\n_{} \"$@\"\n", arguments_of(program, "    "),
-                              program.name);
-  std::string names, commands;
-  for (const CommandHelp& command : program.commands) {
-    names += fmt::format("        '{}:{}'\n", command.name, quoted(command.words, "\\"));
-    commands += fmt::format("        {}) _arguments{} ;;\n", command.name,
-                            arguments_of(command, "          "));
-  }
-  return text + fmt::format(R"(  local state line
+  return fmt::format(R"(#compdef {0}
+# zsh completion of {0}, made from the source of its --help
+_{0}() {{
+  local state line
+  local -a commands
   typeset -A opt_args
-  _arguments -C{1} \
-    '1:command:->command' '*::argument:->argument'
-  case $state in
-    command)
-      local -a commands
-      commands=(
-{2}      )
-      _describe -t commands command commands ;;
-    argument)
-      case $line[1] in
-{3}      esac ;;
-  esac
+  {1}
 }}
 _{0} "$@"
 )",
-                            program.name, arguments_of(program, "    "), names, commands);
+                     program.name, zsh_arguments(program, "  "));
 }
 
 }  // namespace cellcal::daemon

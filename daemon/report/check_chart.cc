@@ -8,7 +8,7 @@
 
 #include "calib/result/drift_chart.h"
 #include "calib/words/phrase.h"
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/axes.h"
 #include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {

@@ -9,7 +9,6 @@
 
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
-#include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calib/export/svg.h"
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/axes.h"
 #include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {

@@ -17,7 +17,7 @@
 #include "calib/result/calibration.h"
 #include "calib/result/finding_phrase.h"
 #include "calib/result/level.h"
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/axes.h"
 #include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {

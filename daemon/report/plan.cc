@@ -163,8 +163,6 @@ std::string heading(const calib::Cell& cell, const calib::Plan& plan) {
 
 std::string plan_svg(const calib::Cell& cell, const calib::Plan& plan) {
   const report::PlanViews views = report::plan_views(cell, plan);
-  const std::string_view sheet = report::style_sheet();
-  const auto colours = light_colours(sheet);
   std::string legend;
   double y = kTop + kViewHeight + kGap;
   for (std::string_view rest = views.legend; !rest.empty();) {
@@ -184,7 +182,7 @@ std::string plan_svg(const calib::Cell& cell, const calib::Plan& plan) {
       "<rect width=\"{0:.0f}\" height=\"{1:.0f}\" fill=\"white\"/>\n"
       "<text class=\"tick\" x=\"{4:.0f}\" y=\"26\">{2}</text>\n{5}{6}{7}</svg>\n",
       width, height, escape(heading(cell, plan)),
-      rules_of(sheet, colours) + rules_of(report::plan_style(), colours), kEdge,
+      rules_of(report::kStyleSheet, light_colours(report::kStyleSheet)), kEdge,
       placed(views.above, kEdge), placed(views.side, kEdge + kViewWidth + kGap), legend);
 }
 

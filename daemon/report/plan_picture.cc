@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/model/units.h"
+#include "daemon/report/say.h"
 
 namespace cellcal::daemon::report {
 
@@ -231,33 +231,6 @@ class PlanPanel : public PicturePanel {
   std::vector<std::pair<Point, std::string>> names_;
 };
 
-using svg::Point;
-
-constexpr double kLetterWidth = 8.0;  // px
-constexpr double kLetterHeight = 13.0;
-constexpr double kBaseLine = 10.5;  // below the top of a letter
-constexpr double kGap = 5.0;
-
-// A narrower relative range has no ticks distinguishable in double precision.
-constexpr double kLeastRelativeRange = 1e-9;
-constexpr int kMostDecimals = 9;
-
-constexpr std::string_view kMinus = "\xE2\x88\x92";  // U+2212
-constexpr double kTooLargeForFixed = 1e9;
-
-std::string with_real_minus(std::string_view text) {
-  std::string out;
-  out.reserve(text.size() + kMinus.size());
-  for (const char c : text) {
-    if (c == '-') {
-      out += kMinus;
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
-
 }  // namespace
 
 PicturePanel::PicturePanel(double height, const char* css_class, int across, int upward,
@@ -338,162 +311,6 @@ PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
       say(shows_reach ? "say.report.plan.legend.dashed" : "say.report.plan.legend.inside") +
       (scene.axles.empty() ? "" : say("say.report.plan.legend.axes"));
   return views;
-}
-
-const char* plan_style() {
-  return R"css(
-svg .solid { fill: var(--line); fill-opacity: 0.55; stroke: var(--soft); stroke-width: 1; }
-svg .stand { fill: var(--wash); stroke: var(--soft); stroke-width: 0.8; }
-svg .link { fill: var(--before); fill-opacity: 0.28; stroke: var(--before); stroke-width: 0.8; }
-svg .tool { fill: var(--soft); fill-opacity: 0.35; stroke: var(--soft); stroke-width: 0.8; }
-svg .bone { stroke: var(--ink); stroke-width: 1.8; stroke-linecap: round; }
-svg .joint { fill: var(--paper); stroke: var(--ink); stroke-width: 1.3; }
-svg .reach { stroke: var(--soft); stroke-width: 0.9; stroke-dasharray: 6 4; }
-svg .approach.fit { stroke: var(--accent); stroke-width: 1.1; }
-svg .approach.check { stroke: var(--alarm); stroke-width: 1.1; }
-svg .begin.fit { fill: var(--accent); }
-svg .begin.check { fill: var(--paper); stroke: var(--alarm); stroke-width: 1.1; }
-)css";
-}
-
-void Labels::keep_free(Point corner, double width, double height) {
-  taken_.push_back({corner.x, corner.y, corner.x + width, corner.y + height});
-}
-
-Point Labels::beside(Point centre, double radius, std::size_t letters) {
-  const double width = kLetterWidth * static_cast<double>(letters), gap = radius + kGap;
-  const std::array<Point, 4> corners{{{centre.x + gap, centre.y - 0.5 * kLetterHeight},
-                                      {centre.x - gap - width, centre.y - 0.5 * kLetterHeight},
-                                      {centre.x - 0.5 * width, centre.y - gap - kLetterHeight},
-                                      {centre.x - 0.5 * width, centre.y + gap}}};
-  Point chosen = corners[0];
-  for (const Point& corner : corners) {
-    const Box box{corner.x, corner.y, corner.x + width, corner.y + kLetterHeight};
-    const bool inside = box.left >= left_ && box.right <= right_ && box.top >= top_;
-    if (inside && std::none_of(taken_.begin(), taken_.end(),
-                               [&box](const Box& other) { return box.overlaps(other); })) {
-      chosen = corner;
-      break;
-    }
-  }
-  keep_free(chosen, width, kLetterHeight);
-  return {chosen.x, chosen.y + kBaseLine};
-}
-
-double Scale::operator()(double value) const {
-  return at_from + (value - from) / (to - from) * (at_to - at_from);
-}
-
-double Scale::clamped(double value) const {
-  return (*this)(std::clamp(value, std::min(from, to), std::max(from, to)));
-}
-
-bool Scale::holds(double value) const {
-  return value >= std::min(from, to) && value <= std::max(from, to);
-}
-
-std::vector<double> round_ticks(double from, double to, int wanted) {
-  const double magnitude = std::max(std::abs(from), std::abs(to));
-  if (!std::isfinite(magnitude) || !std::isfinite(to - from) || wanted < 1) return {};
-  if (!(to - from > kLeastRelativeRange * magnitude)) return {};
-  const double raw = (to - from) / wanted;
-  const double decade = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = 10.0 * decade;
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * decade >= raw * (1.0 - kLeastRelativeRange)) {
-      step = factor * decade;
-      break;
-    }
-  }
-  std::vector<double> ticks;
-  const double first = std::ceil(from / step - kLeastRelativeRange);
-  const double last = std::floor(to / step + kLeastRelativeRange);
-  for (double i = first; i <= last; i += 1.0) ticks.push_back(i * step);
-  return ticks;
-}
-
-std::vector<std::string> tick_labels(const std::vector<double>& ticks) {
-  int decimals = 0;
-  if (ticks.size() > 1) {
-    const double step = ticks[1] - ticks[0];
-    decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-6)), 0, kMostDecimals);
-  }
-  std::vector<std::string> labels;
-  labels.reserve(ticks.size());
-  for (const double tick : ticks) labels.push_back(fixed(tick, decimals));
-  return labels;
-}
-
-void draw_value_axis(svg::Svg& svg, const Scale& across, const Scale& up, int wanted, double gap) {
-  const std::vector<double> ticks = round_ticks(up.from, up.to, wanted);
-  const std::vector<std::string> labels = tick_labels(ticks);
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
-    const double y = up(ticks[i]);
-    svg.line({across.at_from, y}, {across.at_to, y}, ticks[i] == 0.0 ? "zero" : "grid");
-    svg.text({across.at_from - gap, y + 4.0}, svg::Anchor::kEnd, "tick", labels[i]);
-  }
-}
-
-double round_up(double value, double fallback) {
-  if (!std::isfinite(value) || value <= 0.0) return fallback;
-  const double decade = std::pow(10.0, std::floor(std::log10(value)));
-  for (const double factor : {1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0}) {
-    if (factor * decade >= value * (1.0 - kLeastRelativeRange)) return factor * decade;
-  }
-  return 10.0 * decade;
-}
-
-std::string ascii_fixed(double value, int decimals) {
-  if (!std::isfinite(value)) return kDash;
-  if (std::abs(value) >= kTooLargeForFixed) return fmt::format("{:.{}e}", value, decimals);
-  std::string text = fmt::format("{:.{}f}", value, decimals);
-  if (text.front() == '-' && text.find_first_of("123456789") == std::string::npos) text.erase(0, 1);
-  return text;
-}
-
-std::string fixed(double value, int decimals) {
-  return localised(with_real_minus(ascii_fixed(value, decimals)));
-}
-
-std::string signed_fixed(double value, int decimals) {
-  const std::string text = ascii_fixed(value, decimals);
-  const bool plus = std::isfinite(value) && text.front() != '-' &&
-                    text.find_first_of("123456789") != std::string::npos;
-  return localised(plus ? "+" + text : with_real_minus(text));
-}
-
-std::string significant(double value, int digits) {
-  if (!std::isfinite(value)) return kDash;
-  if (value == 0.0) return "0";
-  return localised(with_real_minus(fmt::format("{:.{}g}", value, digits)));
-}
-
-std::string mm(double metres, int decimals) { return fixed(metres * calib::kMmPerM, decimals); }
-
-std::string signed_mm(double metres, int decimals) {
-  return signed_fixed(metres * calib::kMmPerM, decimals);
-}
-
-std::string positive_mm(double metres, int decimals) {
-  return metres > 0.0 ? mm(metres, decimals) : kDash;
-}
-
-std::string mm_words(double metres) { return mm(metres) + "\xC2\xA0mm"; }
-
-std::string readable_time(std::string_view iso) {
-  constexpr std::string_view kPattern = "dddd-dd-ddTdd:dd:dd";
-  bool matches = iso.size() > kPattern.size() && iso.back() == 'Z';
-  for (std::size_t i = 0; matches && i < kPattern.size(); ++i) {
-    const bool digit = iso[i] >= '0' && iso[i] <= '9';
-    matches = kPattern[i] == 'd' ? digit : iso[i] == kPattern[i];
-  }
-  // Between seconds and Z only a fraction is permitted; it is dropped.
-  const std::string_view rest = matches ? iso.substr(kPattern.size()) : std::string_view();
-  matches =
-      matches && (rest.size() == 1 || rest[0] == '.') &&
-      rest.substr(0, rest.size() - 1).find_first_not_of(".0123456789") == std::string_view::npos;
-  if (!matches) return std::string(iso);
-  return fmt::format("{} {} UTC", iso.substr(0, 10), iso.substr(11, 8));
 }
 
 }  // namespace cellcal::daemon::report

@@ -1,5 +1,5 @@
 #pragma once
-// Drawing of a plan in its cell, in top and side view, to scale, for the person who authorises the motion.
+// Drawings to scale, in top and side view: a plan in its cell, for the person who authorises the motion, and the cell.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -12,7 +12,7 @@
 #include "calib/export/svg.h"
 #include "calib/model/robot.h"
 #include "calib/plan/plan.h"
-#include "daemon/report/say.h"
+#include "daemon/report/axes.h"
 
 namespace cellcal::daemon {
 
@@ -29,95 +29,11 @@ struct PlanViews {
 };
 PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan);
 
-/// CSS specific to this picture; colours are variables of the page.
-const char* plan_style();
-
 }  // namespace report
 
 }  // namespace cellcal::daemon
 
 namespace cellcal::daemon::report {
-
-// Placement of labels in a drawing without covering marks.
-
-class Labels {
- public:
-  /// Bounds of the panel.
-  Labels(double left, double top, double right) : left_(left), top_(top), right_(right) {}
-
-  void keep_free(svg::Point corner, double width, double height);
-  /// Start of the base line for a text of `letters` next to a mark of this radius: the first of four
-  /// positions that covers nothing, otherwise the first. The area is reserved afterwards.
-  svg::Point beside(svg::Point centre, double radius, std::size_t letters);
-
- private:
-  struct Box {
-    double left, top, right, bottom;
-    bool overlaps(const Box& other) const {
-      return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
-    }
-  };
-  double left_, top_, right_;
-  std::vector<Box> taken_;
-};
-
-// Mapping of values to pixels, and round axis ticks.
-
-/// Linear map of [from, to] onto [at_from, at_to].
-struct Scale {
-  double from = 0.0, to = 1.0;
-  double at_from = 0.0, at_to = 1.0;
-
-  double operator()(double value) const;
-  /// The same, with the value clamped to [from, to].
-  double clamped(double value) const;
-  bool holds(double value) const;
-};
-
-/// Multiples of 1, 2 or 5 times a power of ten inside [from, to], about `wanted` and at most twice that.
-/// Empty where the range is empty or not finite.
-std::vector<double> round_ticks(double from, double to, int wanted);
-
-/// Tick labels with the fewest decimals that distinguish neighbours.
-std::vector<std::string> tick_labels(const std::vector<double>& ticks);
-
-/// Grid lines and labels of an upward axis, the labels `gap` pixels to its left.
-void draw_value_axis(svg::Svg& svg, const Scale& across, const Scale& up, int wanted, double gap);
-/// The smallest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is not below `value`; `fallback` where
-/// the value is not finite or not positive.
-double round_up(double value, double fallback);
-
-// Formatting of texts and numbers for HTML, independent of the locale, with the document's decimal mark.
-
-using svg::escape, svg::shorten;
-
-/// In place of a number that is not known.
-inline constexpr const char* kDash = "\xE2\x80\x93";
-
-/// Fixed decimals, typographic minus sign, never "-0.000"; an en dash for non-finite values; scientific from
-/// 1e9 on.
-std::string fixed(double value, int decimals);
-/// The same with an explicit plus sign.
-std::string signed_fixed(double value, int decimals);
-/// As fixed(), with an ASCII minus and a decimal point, for values copied into files.
-std::string ascii_fixed(double value, int decimals);
-/// Shortest text with this many significant digits, e.g. "0.00036", "2.1e-06".
-std::string significant(double value, int digits);
-
-/// Metres as millimetres; three decimals resolve 1 um, a thirtieth of the noise of one touch.
-inline constexpr int kMmDecimals = 3;
-std::string mm(double metres, int decimals = kMmDecimals);
-std::string signed_mm(double metres, int decimals = kMmDecimals);
-
-/// For values that are positive when known: an en dash for zero, negative and non-finite values, so that "not
-/// computed" never reads as a perfect 0.000.
-std::string positive_mm(double metres, int decimals = kMmDecimals);
-
-/// "0.031 mm" with a non-breaking space; unescaped text.
-std::string mm_words(double metres);
-
-/// "2025-03-14 02:10:00 UTC" for ISO 8601 in UTC; other texts unchanged. Not escaped.
-std::string readable_time(std::string_view iso);
 
 // Content of a plan's drawing as points in space [mm, base frame]. Computed with the nominal geometry, as the
 // plan is. A positioner is at 0, and the touches of what it carries are drawn as seen from there.

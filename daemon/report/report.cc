@@ -9,15 +9,10 @@
 #include "calib/files/json.h"
 #include "calib/model/enum_table.h"
 #include "calib/model/units.h"
-#include "daemon/report/plan_picture.h"
 
 namespace cellcal::daemon {
 
 namespace {
-
-// No scripts and no external content, even if an escaping fault remained.
-constexpr std::string_view kContentPolicy =
-    "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 
 std::string masthead(const ReportInput& input) {
   const std::string& robot = input.calibration.cell.robot.name;
@@ -67,15 +62,10 @@ std::string plots_json(std::int64_t session, const ReportPlots& plots) {
 
 std::string html_report(const ReportInput& input) {
   const report::View view(input);
-  std::string html = fmt::format(
-      "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
+  std::string html = report::begin_document(
+      page_title(input), report::kStyleSheet,
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"color-scheme\" content=\"light "
-      "dark\">\n<title>{}</title>\n<style>\n{}</style>\n"
-      "</head>\n<body>\n<main>\n",
-      report::language().code(), report::escape(kContentPolicy), page_title(input),
-      std::string(report::style_sheet()) + report::plan_style());
+      "<meta name=\"color-scheme\" content=\"light dark\">\n");
   html += masthead(input);
   html += report::verdict_banner(view);
   html += report::summary(view);

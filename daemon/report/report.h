@@ -172,7 +172,7 @@ std::string residual_plot(const View& view);
 std::vector<std::string> joint_plots(const View& view);
 std::string error_map_plot(const View& view);
 
-/// The style sheet, without the <style> tags.
-const char* style_sheet();
+/// style.css, compiled in by the build.
+extern const std::string_view kStyleSheet;
 
 }  // namespace cellcal::daemon::report

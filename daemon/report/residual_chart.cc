@@ -14,7 +14,7 @@
 
 #include "calib/export/svg.h"
 #include "calib/model/units.h"
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/axes.h"
 #include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {

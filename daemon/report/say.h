@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/export/svg.h"
 #include "calib/words/phrase.h"
 
 namespace cellcal::daemon::report {
@@ -43,6 +44,11 @@ std::string sentence(const calib::Phrase& phrase);
 std::string file_name(const std::string& stem, const calib::Language& language,
                       const std::string& extension);
 
+/// A document from its doctype to <main>, in which neither scripts nor external content are permitted. `title`, `more`
+/// (further elements of the head): HTML.
+std::string begin_document(const std::string& title, std::string_view style,
+                           std::string_view more = {});
+
 /// <p class="note">...</p>; without a class where it is empty.
 std::string paragraph(std::string_view css_class, const std::string& html);
 
@@ -74,5 +80,37 @@ class Table {
   std::vector<Column> columns_;
   std::string head_, rows_;
 };
+
+// Formatting of texts and numbers for HTML, independent of the locale, with the document's decimal mark.
+
+using svg::escape, svg::shorten;
+
+/// In place of a number that is not known.
+inline constexpr const char* kDash = "\xE2\x80\x93";
+
+/// Fixed decimals, typographic minus sign, never "-0.000"; an en dash for non-finite values; scientific from
+/// 1e9 on.
+std::string fixed(double value, int decimals);
+/// The same with an explicit plus sign.
+std::string signed_fixed(double value, int decimals);
+/// As fixed(), with an ASCII minus and a decimal point, for values copied into files.
+std::string ascii_fixed(double value, int decimals);
+/// Shortest text with this many significant digits, e.g. "0.00036", "2.1e-06".
+std::string significant(double value, int digits);
+
+/// Metres as millimetres; three decimals resolve 1 um, a thirtieth of the noise of one touch.
+inline constexpr int kMmDecimals = 3;
+std::string mm(double metres, int decimals = kMmDecimals);
+std::string signed_mm(double metres, int decimals = kMmDecimals);
+
+/// For values that are positive when known: an en dash for zero, negative and non-finite values, so that "not
+/// computed" never reads as a perfect 0.000.
+std::string positive_mm(double metres, int decimals = kMmDecimals);
+
+/// "0.031 mm" with a non-breaking space; unescaped text.
+std::string mm_words(double metres);
+
+/// "2025-03-14 02:10:00 UTC" for ISO 8601 in UTC; other texts unchanged. Not escaped.
+std::string readable_time(std::string_view iso);
 
 }  // namespace cellcal::daemon::report

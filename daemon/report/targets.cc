@@ -11,7 +11,6 @@
 #include "calib/export/svg.h"
 #include "calib/model/units.h"
 #include "calib/verdict/artefacts.h"
-#include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {

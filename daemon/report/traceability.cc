@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "calib/model/units.h"
-#include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {

@@ -11,7 +11,6 @@
 
 #include "calib/result/finding_phrase.h"
 #include "calib/result/unidentifiable.h"
-#include "daemon/report/plan_picture.h"
 #include "daemon/report/report.h"
 
 namespace cellcal::daemon::report {

@@ -15,23 +15,22 @@ namespace cellcal::daemon {
 namespace {
 
 struct KindOfOutcome {
-  const char* name = "unknown";
   bool good = false;
   std::optional<bool> published = {};
 };
 constexpr EnumTable<OutcomeKind, KindOfOutcome> kKinds{
-    {{OutcomeKind::kPublished, {"published", true, true}},
-     {OutcomeKind::kWithheld, {"withheld", false, false}},
-     {OutcomeKind::kHolds, {"holds", true, {}}},
-     {OutcomeKind::kDoesNotHold, {"does_not_hold", false, {}}},
-     {OutcomeKind::kUndecided, {"undecided", false, {}}},
-     {OutcomeKind::kQualified, {"qualified", true, {}}},
-     {OutcomeKind::kNotQualified, {"not_qualified", false, {}}},
-     {OutcomeKind::kFound, {"found", true, {}}},
-     {OutcomeKind::kNothingMet, {"nothing_met", true, {}}},
-     {OutcomeKind::kUpdated, {"updated", true, true}},
-     {OutcomeKind::kNothingChanged, {"nothing_changed", true, false}},
-     {OutcomeKind::kUpdateWithheld, {"update_withheld", false, false}}}};
+    {{OutcomeKind::kPublished, {true, true}},
+     {OutcomeKind::kWithheld, {false, false}},
+     {OutcomeKind::kHolds, {true, {}}},
+     {OutcomeKind::kDoesNotHold, {false, {}}},
+     {OutcomeKind::kUndecided, {false, {}}},
+     {OutcomeKind::kQualified, {true, {}}},
+     {OutcomeKind::kNotQualified, {false, {}}},
+     {OutcomeKind::kFound, {true, {}}},
+     {OutcomeKind::kNothingMet, {true, {}}},
+     {OutcomeKind::kUpdated, {true, true}},
+     {OutcomeKind::kNothingChanged, {true, false}},
+     {OutcomeKind::kUpdateWithheld, {false, false}}}};
 
 template <class T>
 void add_once(std::vector<T>& list, const T& one) {
@@ -172,13 +171,6 @@ Phrase remedy(const SessionOutcome& outcome) {
 }
 
 }  // namespace
-
-const char* to_string(OutcomeKind kind) { return kKinds[kind].name; }
-std::optional<OutcomeKind> outcome_kind(const std::string& name) {
-  const auto* const found = std::ranges::find(
-      kOutcomeKinds, name, [](OutcomeKind kind) { return std::string_view(to_string(kind)); });
-  return found == kOutcomeKinds.end() ? std::nullopt : std::optional(*found);
-}
 
 bool is_good(OutcomeKind kind) { return kKinds[kind].good; }
 

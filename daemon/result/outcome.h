@@ -72,9 +72,8 @@ enum class OutcomeKind {
 };
 inline constexpr auto kOutcomeKinds = all_values<OutcomeKind>();
 
-/// "does_not_hold". None for an unknown name.
-const char* to_string(OutcomeKind kind);
-std::optional<OutcomeKind> outcome_kind(const std::string& name);
+/// "does_not_hold"
+constexpr const char* to_string(OutcomeKind kind) { return own_name(kind); }
 /// True if the session achieved its purpose, including an update that finds nothing changed.
 bool is_good(OutcomeKind kind);
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
+#include "calib/files/json_fields.h"
 #include "calib/model/units.h"
 #include "calib/words/phrase_json.h"
 
@@ -14,14 +15,24 @@ using calib::kMmPerM;
 using calib::kMsPerS;
 using nlohmann::json;
 
+using calib::JsonReader;
+using calib::fields::Field, calib::fields::Json, calib::fields::Table, calib::fields::Value;
+using calib::fields::field, calib::fields::for_readers, calib::fields::list, calib::fields::named,
+    calib::fields::null_unless, calib::fields::nullable, calib::fields::number,
+    calib::fields::object, calib::fields::optional, calib::fields::text, calib::fields::vector,
+    calib::fields::where, calib::fields::whole;
+
 constexpr double kCoverage = 2.0;  // U(k=2)
 
-json mm(const Eigen::Vector3d& m) { return {m.x() * kMmPerM, m.y() * kMmPerM, m.z() * kMmPerM}; }
+Value<double> degrees() {
+  return {[](const double& rad) { return rad * calib::kDegPerRad; },
+          [](const JsonReader& r) { return r.number() * calib::kRadPerDeg; }};
+}
 
-Eigen::Vector3d metres(const json& list) {
-  return Eigen::Vector3d(list.at(0).get<double>(), list.at(1).get<double>(),
-                         list.at(2).get<double>()) /
-         kMmPerM;
+/// Throws std::invalid_argument where it is none.
+Value<calib::Phrase> phrase_value() {
+  return {[](const calib::Phrase& one) -> Json { return calib::to_json(one); },
+          [](const JsonReader& r) { return calib::phrase_of(r.value()); }};
 }
 
 struct Unit {
@@ -42,129 +53,82 @@ Unit unit_of(calib::ChangeKind kind) {
   return {"mm", kMmPerM};
 }
 
-json to_json(const calib::Explanation& one) {
-  const Unit unit = unit_of(one.kind);
-  const bool shifted = is_shift(one.kind);
-  const bool turned = one.kind == calib::ChangeKind::kPositioner;
-  const double at_least = shifted && !turned ? kMmPerM * one.amount : 0.0;
-  return {{"kind", to_string(one.kind)},
-          {"name", one.name},
-          {"probability", one.probability},
-          {"touch", one.kind == calib::ChangeKind::kTouch ? json(one.touch + 1) : json()},
-          {"shift_mm", shifted ? mm(one.shift_m) : json()},
-          {"value", unit.per_si * (shifted ? one.shift_m.norm() : one.amount)},
-          {"u", kCoverage * unit.per_si * one.sigma},
-          {"at_least", at_least > 0.0 ? json(at_least) : json()},
-          {"unit", unit.name}};
+/// Amount and uncertainty in the unit of the kind; the amount of a shift is its least one.
+Table<calib::Explanation> change_fields() {
+  using E = calib::Explanation;
+  const auto of_touch = [](const E& one) { return one.kind == calib::ChangeKind::kTouch; };
+  const auto shifted = [](const E& one) { return is_shift(one.kind); };
+  const auto known_partly = [](const E& one) {
+    return is_shift(one.kind) && one.kind != calib::ChangeKind::kPositioner && one.amount > 0.0;
+  };
+  const Value<std::size_t> from_one{[](const std::size_t& touch) { return touch + 1; },
+                                    [](const JsonReader& r) { return r.whole() - 1; }};
+  return {
+      field("kind", &E::kind, named<calib::ChangeKind>()),
+      field("name", &E::name, text()),
+      field("probability", &E::probability, number()),
+      null_unless<E>(of_touch, field("touch", &E::touch, from_one)),
+      null_unless<E>(shifted, field("shift_mm", &E::shift_m, vector(kMmPerM))),
+      {"value",
+       [](const E& one) -> Json {
+         return unit_of(one.kind).per_si * (is_shift(one.kind) ? one.shift_m.norm() : one.amount);
+       },
+       [](const JsonReader& r, E& one) {
+         if (!is_shift(one.kind)) one.amount = r.number() / unit_of(one.kind).per_si;
+       }},
+      {"u", [](const E& one) -> Json { return kCoverage * unit_of(one.kind).per_si * one.sigma; },
+       [](const JsonReader& r, E& one) {
+         one.sigma = r.number() / (kCoverage * unit_of(one.kind).per_si);
+       }},
+      optional(null_unless<E>(known_partly, field("at_least", &E::amount, number(kMmPerM)))),
+      for_readers<E>("unit", [](const E& one) -> Json { return unit_of(one.kind).name; })};
 }
 
-calib::Explanation explanation_of(const json& value) {
-  calib::Explanation one;
-  one.kind = by_own_name<calib::ChangeKind>(value.at("kind").get<std::string>()).value();
-  const Unit unit = unit_of(one.kind);
-  one.name = value.at("name").get<std::string>();
-  one.probability = value.at("probability").get<double>();
-  if (value.at("touch").is_number()) one.touch = value["touch"].get<std::size_t>() - 1;
-  one.sigma = value.at("u").get<double>() / (kCoverage * unit.per_si);
-  if (is_shift(one.kind)) {
-    one.shift_m = metres(value.at("shift_mm"));
-    if (value.contains("at_least") && value["at_least"].is_number())
-      one.amount = value["at_least"].get<double>() / kMmPerM;
-  } else {
-    one.amount = value.at("value").get<double>() / unit.per_si;
-  }
-  return one;
+Table<FoundSphere> sphere_fields() {
+  using S = FoundSphere;
+  const auto carried = [](const S& one) { return !one.on.empty(); };
+  return {field("target", &S::target, text()),
+          field("centre_mm", &S::centre_m, vector(kMmPerM)),
+          field("u_mm", &S::u_m, number(kMmPerM)),
+          field("touches", &S::touches, whole<int>()),
+          nullable("moved_mm", &S::moved_m, number(kMmPerM)),
+          where<S>(carried, field("on", &S::on, text())),
+          where<S>(carried, field("taught_deg", &S::taught_rad, list(degrees())))};
 }
 
-json to_json(const FoundSphere& one) {
-  json value{{"target", one.target},
-             {"centre_mm", mm(one.centre_m)},
-             {"u_mm", kMmPerM * one.u_m},
-             {"touches", one.touches},
-             {"moved_mm", one.moved_m ? json(kMmPerM * *one.moved_m) : json()}};
-  if (one.on.empty()) return value;
-  value["on"] = one.on;
-  value["taught_deg"] = json::array();
-  for (const double rad : one.taught_rad) value["taught_deg"].push_back(rad * calib::kDegPerRad);
-  return value;
+Table<calib::MasteredZero> zero_fields() {
+  using Z = calib::MasteredZero;
+  return {field("error_deg", &Z::error_rad, degrees()), field("joint", &Z::joint, text()),
+          Field<Z>{"u_deg", [](const Z& one) { return degrees().to(one.u_rad()); },
+                   [](const JsonReader& r, Z& one) { one.sigma_rad = 0.5 * degrees().from(r); }}};
 }
 
-FoundSphere sphere_of(const json& value) {
-  FoundSphere one;
-  one.target = value.at("target").get<std::string>();
-  one.centre_m = metres(value.at("centre_mm"));
-  one.u_m = value.at("u_mm").get<double>() / kMmPerM;
-  one.touches = value.at("touches").get<int>();
-  if (value.at("moved_mm").is_number()) one.moved_m = value["moved_mm"].get<double>() / kMmPerM;
-  one.on = value.value("on", "");
-  for (const double deg : value.value("taught_deg", std::vector<double>()))
-    one.taught_rad.push_back(deg * calib::kRadPerDeg);
-  return one;
+Table<TcpShift> tcp_shift_fields() {
+  using T = TcpShift;
+  return {
+      field("xyz", &T::shift_m, vector(kMmPerM)),
+      for_readers<T>("length", [](const T& one) -> Json { return kMmPerM * one.shift_m.norm(); }),
+      field("u_length", &T::u_m, number(kMmPerM))};
 }
 
-json to_json(const calib::MasteredZero& one) {
-  return {{"joint", one.joint},
-          {"error_deg", one.error_rad * calib::kDegPerRad},
-          {"u_deg", one.u_rad() * calib::kDegPerRad}};
-}
-
-template <class T>
-json names_of(const std::vector<T>& list) {
-  json names = json::array();
-  for (const T& one : list) names.emplace_back(to_string(one));
-  return names;
-}
-
-json document_of(const SessionOutcome& outcome) {
-  json value{{"format", "cellcal.outcome/1"},
-             {"kind", to_string(outcome.kind)},
-             {"touches", outcome.touches},
-             {"tcp_shift_mm", nullptr},
-             {"change", outcome.change ? to_json(*outcome.change) : json()},
-             {"not_found", outcome.not_found},
-             {"unsteady", outcome.unsteady},
-             {"zeros", json::array()},
-             {"remedy", to_string(outcome.remedy)},
-             {"spheres", json::array()},
-             {"not_as_stated", names_of(outcome.not_as_stated)},
-             {"contacts", json::array()},
-             {"withheld_by", names_of(outcome.withheld_by)},
-             {"update", outcome.update ? json(to_string(*outcome.update)) : json()}};
-  if (outcome.tcp_shift)
-    value["tcp_shift_mm"] = {{"xyz", mm(outcome.tcp_shift->shift_m)},
-                             {"length", kMmPerM * outcome.tcp_shift->shift_m.norm()},
-                             {"u_length", kMmPerM * outcome.tcp_shift->u_m}};
-  for (const FoundSphere& one : outcome.spheres) value["spheres"].push_back(to_json(one));
-  for (const calib::MasteredZero& one : outcome.zeros) value["zeros"].push_back(to_json(one));
-  for (const calib::Phrase& one : outcome.contacts)
-    value["contacts"].push_back(calib::to_json(one));
-  return value;
-}
-
-SessionOutcome outcome_in(const json& value) {
-  SessionOutcome outcome;
-  outcome.kind = outcome_kind(value.at("kind").get<std::string>()).value();
-  outcome.touches = value.at("touches").get<std::size_t>();
-  if (const json& shift = value.at("tcp_shift_mm"); shift.is_object())
-    outcome.tcp_shift = {metres(shift.at("xyz")), shift.at("u_length").get<double>() / kMmPerM};
-  if (value.at("change").is_object()) outcome.change = explanation_of(value["change"]);
-  value.at("not_found").get_to(outcome.not_found);
-  value.at("unsteady").get_to(outcome.unsteady);
-  for (const json& one : value.value("zeros", json::array()))
-    outcome.zeros.push_back({one.at("joint").get<std::string>(),
-                             one.at("error_deg").get<double>() * calib::kRadPerDeg,
-                             0.5 * one.at("u_deg").get<double>() * calib::kRadPerDeg});
-  outcome.remedy = by_own_name<calib::DriftAdvice>(value.at("remedy").get<std::string>()).value();
-  for (const json& one : value.at("spheres")) outcome.spheres.push_back(sphere_of(one));
-  for (const json& one : value.at("not_as_stated"))
-    outcome.not_as_stated.push_back(qualification_finding(one.get<std::string>()).value());
-  for (const json& one : value.value("contacts", json::array()))
-    outcome.contacts.push_back(calib::phrase_of(one));
-  for (const json& one : value.at("withheld_by"))
-    outcome.withheld_by.push_back(by_own_name<calib::FindingKind>(one.get<std::string>()).value());
-  if (value.at("update").is_string())
-    outcome.update = by_own_name<calib::UpdateOutcome>(value["update"].get<std::string>()).value();
-  return outcome;
+const Table<SessionOutcome>& outcome_fields() {
+  using O = SessionOutcome;
+  static const Table<O> kAll{
+      for_readers<O>("format", [](const O&) -> Json { return "cellcal.outcome/1"; }),
+      field("kind", &O::kind, named<OutcomeKind>()),
+      field("touches", &O::touches, whole<std::size_t>()),
+      nullable("tcp_shift_mm", &O::tcp_shift, object(tcp_shift_fields())),
+      nullable("change", &O::change, object(change_fields())),
+      field("not_found", &O::not_found, list(text())),
+      field("unsteady", &O::unsteady, list(text())),
+      optional(field("zeros", &O::zeros, list(object(zero_fields())))),
+      field("remedy", &O::remedy, named<calib::DriftAdvice>()),
+      field("spheres", &O::spheres, list(object(sphere_fields()))),
+      field("not_as_stated", &O::not_as_stated, list(named<QualificationFinding, '-'>())),
+      optional(field("contacts", &O::contacts, list(phrase_value()))),
+      field("withheld_by", &O::withheld_by, list(named<calib::FindingKind>())),
+      nullable("update", &O::update, named<calib::UpdateOutcome>())};
+  return kAll;
 }
 
 json figure(const std::optional<Figure>& figure, double factor) {
@@ -219,7 +183,7 @@ std::string document_of_found(const FoundSpheres& found) {
   json value{{"format", "cellcal.found/1"}, {"spheres", json::array()}};
   std::vector<calib::Phrase> lines;
   for (const FoundSphere& one : found.spheres) {
-    value["spheres"].push_back(to_json(one));
+    value["spheres"].emplace_back(to_json(sphere_fields(), one));
     lines.push_back(phrase(one));
   }
   add_lines(lines, value);
@@ -233,7 +197,7 @@ std::string document_of_check(const SessionResult& result, const calib::TcpCheck
   auto json = nlohmann::ordered_json::parse(document);
   auto mastered = nlohmann::ordered_json::array(), words = mastered, said = mastered;
   for (const calib::MasteredZero& one : result.mastered) {
-    mastered.emplace_back(to_json(one));
+    mastered.push_back(to_json(zero_fields(), one));
     mastered.back()["holds"] = one.holds();
     words.push_back(calib::words(phrase(one)));
     said.emplace_back(calib::to_json(phrase(one)));
@@ -257,14 +221,16 @@ std::string document_of(const SessionResult& result) {
   return {};
 }
 
-std::string outcome_to_json(const SessionOutcome& outcome) { return document_of(outcome).dump(); }
+std::string outcome_to_json(const SessionOutcome& outcome) {
+  return json(to_json(outcome_fields(), outcome)).dump();
+}
 
 std::optional<SessionOutcome> outcome_from_json(const std::string& text) try {
-  if (text.empty()) return std::nullopt;
-  return outcome_in(json::parse(text));
-} catch (const json::exception&) {
-  return std::nullopt;
-} catch (const std::bad_optional_access&) {  // a name of a later version
+  const json document = json::parse(text, nullptr, false);
+  SessionOutcome outcome;
+  from_json(outcome_fields(), JsonReader(document, "outcome"), outcome);
+  return outcome;
+} catch (const calib::FileError&) {  // also a name of a later version
   return std::nullopt;
 } catch (const std::invalid_argument&) {  // no phrase
   return std::nullopt;
@@ -273,7 +239,7 @@ std::optional<SessionOutcome> outcome_from_json(const std::string& text) try {
 json outcome_with_words(const std::optional<SessionOutcome>& outcome,
                         const calib::Language& language) {
   if (!outcome) return nullptr;
-  json value = document_of(*outcome);
+  json value = to_json(outcome_fields(), *outcome);
   const std::string cause = cause_of(*outcome);
   value["good"] = is_good(outcome->kind);
   value["cause"] = cause.empty() ? json() : json(cause);

@@ -95,7 +95,7 @@ std::vector<Overtravel> overtravel_of(const calib::Plan& plan,
   }
   std::vector<Overtravel> all;
   for (const auto& [speed, beyond_m] : by_speed)
-    all.push_back({speed, static_cast<int>(beyond_m.size()), calib::median(beyond_m),
+    all.push_back({speed, static_cast<int>(beyond_m.size()), calib::median_between(beyond_m),
                    *std::max_element(beyond_m.begin(), beyond_m.end())});
   return all;
 }

@@ -274,9 +274,8 @@ void Runner::commit(std::function<void(Recorder&)> job, std::optional<Event> ans
     try {
       job(recorder);
     } catch (const std::exception& error) {
-      answer = Event{
-          Plain<EventKind::kJournalFailed>{},
-          what == nullptr ? calib::Phrase(error.what()) : std::string(what) + ": " + error.what()};
+      if (what != nullptr) spdlog::error("{}: {}", what, error.what());
+      answer = Event{Plain<EventKind::kJournalFailed>{}, error.what()};
     }
     inbox->end_commit(std::move(answer));
   });
@@ -483,7 +482,8 @@ void Runner::perform_all(const Actions& actions) {
       std::visit(Perform{*this}, action);
     } catch (const std::exception& error) {
       // The remaining actions of this step depend on the failed one: they are dropped.
-      feed({Plain<EventKind::kDeviceFailed>{}, std::string(name_of(action)) + ": " + error.what()});
+      spdlog::error("{}: {}", name_of(action), error.what());
+      feed({Plain<EventKind::kDeviceFailed>{}, error.what()});
       return;
     }
   }

@@ -404,7 +404,7 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
     const auto now = parts_.clock();
     if (robot) arm_.update(*robot, now);
     status.arm = arm_.seen(now);
-    plan_ = {job.session, job.options.one_by_one ? state.done : 0, state.plan};
+    plan_ = {job.session, job.options.one_by_one ? state.chosen_after : 0, state.plan};
     published_ = now;
     history_.push_back(std::move(status));
     if (history_.size() > kHistory) history_.pop_front();

@@ -189,6 +189,7 @@ void accept(State& state, const Offer& offer) {
   state.plan = offer.plan;
   if (!state.plan->touches.empty()) state.deferred_failure.reset();  // found out anew
   state.progress = offer.progress;
+  state.chosen_after = state.done;
   state.stage = offer.stage;
 }
 

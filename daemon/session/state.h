@@ -73,6 +73,7 @@ struct State {
 
   // Touches chosen one by one.
   calib::Progress progress;
+  std::size_t chosen_after = 0;  ///< touches on disk when `plan` and `progress` were chosen
   calib::Phrase stage;  ///< purpose of the current touch
   /// The current touch could not be made; another replaces it.
   std::optional<calib::NotMade> touch_failed;
@@ -141,7 +142,7 @@ struct State {
   /// Touches of the whole session, as far as foreseeable.
   std::size_t total() const {
     if (one_by_one)
-      return done + static_cast<std::size_t>(std::max(0, progress.touches_left)) +
+      return chosen_after + static_cast<std::size_t>(std::max(0, progress.touches_left)) +
              static_cast<std::size_t>(std::max(0, progress.checks_left));
     return plan ? plan->touches.size() : 0;
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Options of an emulated cell, from the command line.
+// Options of an emulated cell, from the command line and from the RSI files that it names.
 
 #include <cstdint>
 #include <filesystem>
@@ -29,8 +29,8 @@ struct EmulatorOptions {
   std::vector<double> stated_tool_mm;  ///< X Y Z of another $TOOL; empty: the program's
   std::vector<std::string> eki_xml;    ///< channel files of the emulated controller
   std::string listen;                  ///< address for EKI; empty: 127.0.0.1
-  std::string rsi_xml;                 ///< RSI's ethernet file; empty: defined by the options
-  std::string rsi_context;             ///< its context (.rsi.xml, .rsix); empty: likewise
+  std::string rsi_xml;                 ///< RSI's ethernet file; empty: cellcal's names
+  std::string rsi_context;             ///< its context (.rsi.xml, .rsix); empty: none
   int rsi_version = 0;                 ///< of the controller; 0: the context's
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
@@ -55,8 +55,8 @@ void add_rsi_options(CLI::App& app, EmulatorOptions& options);
 
 // RSI's signal flow context, loaded by the emulated controller as by the real one at RSI_CREATE.
 
-/// Reads Precision, Timeout, limits, monitor and the channel's wires from `options.rsi_context` (.rsi.xml or .rsix),
-/// and the packets' destination from `options.rsi_xml`, unless specified by other options.
+/// Reads Precision, Timeout, limits, monitor, Mode of STOP and the channel's wires from `options.rsi_context` (.rsi.xml
+/// or .rsix), and the packets' destination from `options.rsi_xml`, unless specified by other options.
 ///
 /// Throws std::invalid_argument with the controller's message if the controller would refuse it,
 /// and drivers::ConfigError if a file is not readable. Features of a real controller that are not

@@ -271,7 +271,7 @@ class Doctor(Wires):
         # On a machine that stalls occasionally, the doctor reports that instead; the speed of this
         # machine is not tested.
         self.assertRegex(self.found(answer, "robot link")["found"],
-                         r"cycle 4\.00 ms|^\d+ of \d+ replies late")
+                         r"cycle 4\.00 ms|^\d+ of the replies late")
         self.assertRegex(self.found(answer, "contact link")["found"],
                          r"firmware 1\.1\.0|^the last arming ended: this computer was busy")
         self.assertFalse([one for one in answer["checks"] if one["check"] == "rsi port"])

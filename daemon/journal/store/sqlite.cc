@@ -15,7 +15,8 @@ const char* advice(int code) {
     case SQLITE_READONLY:
     case SQLITE_PERM:
     case SQLITE_CANTOPEN:
-      return "check that the directory exists and that the daemon may write there";
+      return "check that the directory exists and that the daemon may write there: the service "
+             "writes to /var/lib/cellcal alone";
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
       return "the file is damaged or no journal. Move it aside with its -wal and -shm files and "

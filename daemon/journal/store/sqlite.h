@@ -164,6 +164,11 @@ struct DamagedError : JournalError {
   using JournalError::JournalError;
 };
 
+/// Another program's database, or of another schema version; permanent.
+struct OtherJournalError : JournalError {
+  using JournalError::JournalError;
+};
+
 /// For want of room, which may be made.
 struct DiskFullError : JournalError {
   using JournalError::JournalError;

@@ -1,7 +1,7 @@
 // A start that moves the arm: the word that the cell is clear, then the request, unless it is called off in between.
 
 import { age_ms, type Model } from "./model";
-import { is_good, post, refusal, SILENT } from "./request";
+import { is_good, NOT_REFUSED, post, refused_by, SILENT, type Refusal } from "./request";
 import type { Say } from "./words";
 
 /** A person's word that the cell is clear. */
@@ -28,15 +28,15 @@ export interface Start {
   sent: boolean;
 }
 
-/** Sends the confirmation, then the request, before which `sending` is called; returns why it did not begin, otherwise empty. */
-export async function begin(start: Start, body: unknown, say: Say, sending: () => void): Promise<string> {
+/** Sends the confirmation, then the request, before which `sending` is called; returns why it did not begin. */
+export async function begin(start: Start, body: unknown, say: Say, sending: () => void): Promise<Refusal> {
   const clear = await post("/v1/clear");
-  if (start.called_off) return say("start.called_off");
-  if (!is_good(clear)) return refusal(clear, say);
+  if (start.called_off) return { words: say("start.called_off") };
+  if (!is_good(clear)) return refused_by(clear, say);
   start.sent = true;
   sending();
   const run = await post("/v1/run", body);
   start.sent = false;
   // Without an answer it may have begun all the same.
-  return is_good(run) ? "" : run.status === SILENT ? say("start.sent") : refusal(run, say);
+  return is_good(run) ? NOT_REFUSED : run.status === SILENT ? { words: say("start.sent") } : refused_by(run, say);
 }

@@ -47,6 +47,17 @@ const BUSY = 503;
 export const refusal = ({ status, words }: Answer, say: Say): string =>
   status === SILENT ? say("request.no-answer") : status === NO_TOKEN ? say("login.first") : words || say("request.refused", { status });
 
+/** `lang`: of the daemon's words, which are in English. */
+export interface Refusal {
+  words: string;
+  lang?: "en";
+}
+export const NOT_REFUSED: Refusal = { words: "" };
+export const refused_by = (answer: Answer, say: Say): Refusal => {
+  const words = refusal(answer, say);
+  return words === answer.words ? { words, lang: "en" } : { words };
+};
+
 const TRIES = 5, AGAIN_MS = 2000, SLOWLY_MS = 10_000;
 /** It says nothing of what was asked for: asked again, and what was known before stays. */
 export const is_unanswered = ({ status }: Answer): boolean => status === SILENT || status === BUSY;

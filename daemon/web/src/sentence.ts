@@ -79,6 +79,9 @@ export function touch_in_hand(status: Status): number | null {
   return status.phase === "retreat" ? Math.max(1, status.touches) : status.touches + 1;
 }
 
+/** The status' target is that of the current touch, not of the one that the arm leaves. */
+export const is_at_touch = (status: Status): boolean => status.phase !== "retreat" && touch_in_hand(status) !== null;
+
 export function touch_words(status: Status, say: Say): string {
   if (status.finding && status.target) return say("touch.find", { target: status.target });
   const n = touch_in_hand(status) ?? status.touches + 1;
@@ -110,15 +113,19 @@ export function sentence(status: Status, say: Say): string {
   });
 }
 
-/** Command of a new session of a kind that is not resumed; empty: it is resumed. */
-const anew = ({ interrupted, anew: of_newest }: Status): string => (interrupted ? interrupted.anew : of_newest);
+/** With the same cell file and the same touches they end a resumed session again. */
+const FAILS_AGAIN: readonly (FailureKind | undefined)[] = ["not-found", "plan-changed", "identify"];
+
+/** The newest session is of a kind, or of a failure, that is followed by a new one. */
+const is_begun_anew = ({ interrupted, anew, failure }: Status): boolean =>
+  (interrupted?.anew ?? anew) !== "" || FAILS_AGAIN.includes((interrupted ? interrupted.failure : failure?.kind) ?? undefined);
 
 /** How to go on after a session that failed, was aborted or interrupted. */
-export const then_words = (status: Status, say: Say): string => say(anew(status) ? "do.then.anew" : "do.then.resume");
+export const then_words = (status: Status, say: Say): string => say(is_begun_anew(status) ? "do.then.anew" : "do.then.resume");
 
-/** Unfinished newest session, also of an earlier run of the daemon, of a kind that is resumed. */
+/** Unfinished newest session, also of an earlier run of the daemon, unless a new one follows it. */
 export function resumable(status: Status): { session: number; n: number; total: number } | null {
-  if (anew(status)) return null;
+  if (is_begun_anew(status)) return null;
   if (status.interrupted) {
     const { session, touches, planned } = status.interrupted;
     return { session, n: touches, total: planned };

@@ -16,11 +16,12 @@ export interface StandingLine {
   action: "check" | "calibrate" | "measure_tcp" | null;
 }
 
-/** amiss: the newest session failed, was aborted or interrupted, or withheld its result; lost: data of the past. */
-export type Now = "calm" | "running" | "amiss" | "lost";
+/** amiss: the newest session failed, was aborted or interrupted, and is looked at first; withheld: its result; lost: data of the past. */
+export type Now = "calm" | "running" | "amiss" | "withheld" | "lost";
 
 export const now_of = (status: Status | null, old: boolean): Now =>
-  old ? "lost" : status?.running ? "running" : status && ["wait", "bad"].includes(mood(status)) ? "amiss" : "calm";
+  old ? "lost" : status?.running ? "running" : !status || !["wait", "bad"].includes(mood(status)) ? "calm"
+  : status.phase === "done" ? "withheld" : "amiss";
 
 const S_PER_MIN = 60, S_PER_H = 3600, S_PER_DAY = 86400;
 
@@ -74,7 +75,7 @@ function unknown_because(chart: DriftChart, now_s: number, say: Say): string {
 }
 
 /** What to do about a calibration in order: another panel says it of what is amiss. */
-const in_order: Record<Now, Key[]> = { calm: ["standing.nothing"], running: ["standing.none.running"], amiss: [], lost: [] };
+const in_order: Record<Now, Key[]> = { calm: ["standing.nothing"], running: ["standing.none.running"], amiss: [], withheld: [], lost: [] };
 
 function of_chart(chart: DriftChart, version: Version | undefined, cell: string, now: Now, now_s: number, say: Say, fmt: Formats): StandingLine {
   const { standing } = chart;
@@ -126,5 +127,5 @@ export function standing_line(seen: {
     return { state: "unknown", headline: say("standing.unreadable"), more: [say("standing.unreadable.do")], action: null };
   const next: Key = seen.now === "running" ? "standing.none.running" : readiness?.next ? "standing.none.next" : "standing.none.do";
   return { state: "none", headline: say("standing.none"), action: readiness?.next ? null : "calibrate",
-           more: seen.now === "lost" ? [] : [say(next, { step: readiness?.next ? say(`step.${readiness.next}`) : "" })] };
+           more: ["amiss", "lost"].includes(seen.now) ? [] : [say(next, { step: readiness?.next ? say(`step.${readiness.next}`) : "" })] };
 }

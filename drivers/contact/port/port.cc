@@ -84,7 +84,7 @@ std::string lower_latency(int fd, const std::string& path) {
     if (*ms <= kBestLatencyMs) return {};
     return fmt::format(
         "{}: the adapter delays bytes by up to {} ms, and low-latency mode {}. Install the "
-        "udev rule in systemd/, or as root: echo {} > /sys/class/tty/{}/device/latency_timer",
+        "udev rule 70-cellcal.rules, or as root: echo {} > /sys/class/tty/{}/device/latency_timer",
         path, *ms,
         why == 0 ? std::string("changed nothing")
                  : fmt::format("could not be set ({})", std::strerror(why)),
@@ -258,8 +258,8 @@ std::string cannot_open(const std::string& device, int error) {
     case EPERM:
       if (group_of(device) == "root")  // membership in root would grant this program everything
         return fmt::format(
-            "{}: no permission: no group but root may open the device. Install systemd/70-cellcal.rules "
-            "(group 'dialout'), unplug and plug the sensor",
+            "{}: no permission: no group but root may open the device. Install the udev rule "
+            "/usr/lib/udev/rules.d/70-cellcal.rules (group 'dialout'), unplug and plug the sensor",
             device);
       return fmt::format(
           "{}: no permission: the device belongs to group '{}'. Add this program's user to it "

@@ -84,7 +84,7 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   if (s.unasked) add(state.words, words(*s.unasked));
   add(state.words, trouble_words(s, names));
   add(state.words, input_words(state.input_path));
-  if (s.late > 0) add(state.words, {"say.rsi.late", {{"late", s.late}, {"replies", s.replies}}});
+  if (s.late > 0) add(state.words, {"say.rsi.late", {{"late", s.late}}});
   if (s.bad_packets > 0)
     add(state.words, {"say.rsi.damaged",
                       {{"packets", s.bad_packets},

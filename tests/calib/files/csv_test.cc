@@ -196,9 +196,9 @@ TEST(ANameOfAColumn, MayBeAnotherUsualOne) {
   table.take_for_joints({"A1", "A2"});
   EXPECT_EQ(table.reading(), ";, J1 to J2 as A1 to A2");
   const auto seen = rows_of(
-      "A1,A2,target,Px [m],Pos Y [mm],Z-Coordinate [inch],Time stamp\n1,2,S1,1,2,3,2024-09-24\n");
+      "A1,A2,target,Px [m],Pos Y [in],Z-Coordinate [inch],Time stamp\n1,2,S1,1,2,3,2024-09-24\n");
   EXPECT_DOUBLE_EQ(seen[0].tracker_m[0], 1.0);
-  EXPECT_DOUBLE_EQ(seen[0].tracker_m[1], 2e-3);
+  EXPECT_DOUBLE_EQ(seen[0].tracker_m[1], 2 * 25.4e-3);
   EXPECT_DOUBLE_EQ(seen[0].tracker_m[2], 3 * 25.4e-3);
   EXPECT_EQ(seen[0].time, "2024-09-24");
 }

@@ -312,7 +312,7 @@ TEST(Resume, InContactLeadsOutOfASearchAndIsRefusedElsewhere) {
     const PlanError error = testing::thrown<PlanError>(
         [&] { (void)resume_plan(demo_cell(), sound_plan(), 7, from, true); });
     EXPECT_EQ(error.kind, PlanError::Kind::kArmStands);
-    expect_named(error, "Jog it free");
+    expect_named(error, "no clear way leads back along a search line. Jog it free");
   }
 }
 

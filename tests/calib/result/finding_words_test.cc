@@ -56,7 +56,7 @@ TEST(FindingWords, OfJointsThatWereNeverTurned) {
   EXPECT_EQ(
       said(FindingKind::kScopeOfTouches, {}, {{"predicted", 0.25, "mm"}},
            {{about_joint("A4"), {}}, {about_joint("A6"), {}}}),
-      "scope: A4, A6: not turned between the touches; the result is valid near the touched places only "
+      "scope: A4, A6: at one angle in most touches; the result is valid near the touched places only "
       "(0.250 mm). Touch with all joints turned to extend it");
 }
 

@@ -86,5 +86,24 @@ TEST(ParameterDifferences, WhatOnlyOneHasIsNamed) {
   EXPECT_EQ(both.only_after, (std::vector<std::string>{"new.x", "A2.compliance"}));
 }
 
+/// An update frees a knocked tool, which the calibration before had as stated.
+TEST(ParameterDifferences, OfAToolThatOnlyOneIdentifiedAreFromWhereItIsStated) {
+  const Calibration before = with_centres();
+  Calibration after = before;
+  for (const int axis : {0, 1})
+    after.parameters.push_back(at(tool_parameter(ParameterKind::kTcp, 0, axis), 0.0, 1e-5));
+  after.parameters.back().correction = 6e-4;
+  const ParameterDifferences there = parameter_differences(before, after),
+                             back = parameter_differences(after, before);
+  for (const ParameterDifferences& one : {there, back}) {
+    ASSERT_EQ(one.moved.size(), 1u);
+    EXPECT_EQ(one.moved[0].name, "tool.y");
+    EXPECT_NEAR(one.moved[0].expanded, 2e-5, 1e-12);
+    EXPECT_TRUE(one.only_before.empty() && one.only_after.empty());
+  }
+  EXPECT_NEAR(there.moved[0].after - there.moved[0].before, 6e-4, 1e-12);
+  EXPECT_NEAR(back.moved[0].after - back.moved[0].before, -6e-4, 1e-12);
+}
+
 }  // namespace
 }  // namespace cellcal::calib

@@ -51,6 +51,20 @@ class OutputOfACommand : public ::testing::Test {
   TemporaryDirectory dir_;
 };
 
+TEST(AnOutputFolder, OfAReadOnlyDiskIsNamedSoAndSudoIsNotAdvised) {
+  const TemporaryDirectory dir;
+  const Outcome outcome = run_program(
+      {"/usr/bin/unshare", "-rm", "sh", "-c",
+       "mount -t tmpfs -o ro none \"$1\" || exit 77; exec \"$0\" new-cell -o \"$1/cell.toml\"",
+       CELLCAL, dir.path()});
+  if (outcome.status == 77 || outcome.status == 127 || outcome.err.starts_with("unshare"))
+    GTEST_SKIP() << "no file system can be mounted here: " << outcome.err;
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("Read-only file system. Choose another folder"), std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(outcome.err.find("sudo"), std::string::npos) << outcome.err;
+}
+
 TEST_F(OutputOfACommand, IsRefusedWhereItIsAnInputOfTheCommand) {
   fs::create_hard_link(dir_ / "touches.csv", dir_ / "same.csv");
   fs::create_symlink("cell.toml", dir_ / "link.toml");

@@ -256,6 +256,25 @@ TEST_F(AnExamination, ThatIsStoppedDoesNotWaitForTheController) {
   EXPECT_EQ(outcome_of(findings, "rsi packets"), Outcome::kFailed) << "none came";
 }
 
+TEST_F(AnExamination, AdvisesToPlugInASensorThatIsMissingAndNoOther) {
+  const auto port_at = [&](const std::string& device) {
+    configure("backend = \"rsi\"\n[rsi]\nbind = \"127.0.0.1\"\nport = " +
+              std::to_string(49500 + ::getpid() % 100) +
+              "\nrealtime = false\n[contact]\ndevice = \"" + device + "\"\n");
+    DoctorRequest one = request();
+    one.wait_s = 0.1;
+    one.cell.clear();
+    Findings findings;
+    examine_from_within(one, load_config(dir / "d.toml"), findings);
+    expect_advice(findings);
+    return finding_of(findings, "contact port");
+  };
+  EXPECT_NE(port_at(dir / "none").advice.find("plug the sensor in"), std::string::npos);
+  const Said refused = port_at("/dev/null");
+  EXPECT_EQ(refused.outcome, Outcome::kFailed);
+  EXPECT_EQ(refused.advice.find("plug"), std::string::npos) << refused.advice;
+}
+
 /// Over RSI on loopback, with a controller with this model of the demo cell's arm; null: none.
 testing::Said model_by(const TemporaryDirectory& dir, std::shared_ptr<const sim::CartesianArm> arm,
                        const DoctorRequest& request) {

@@ -63,7 +63,8 @@ TEST(ADatabase, GivesNoughtAndNothingWhereThereIsNoRow) {
 TEST(ADatabase, ThatCannotBeOpenedSaysWhichWhyAndWhatToDo) {
   EXPECT_EQ(error_of([] { Database database("/nonexistent/dir/j.db"); }),
             "journal /nonexistent/dir/j.db: unable to open database file; check that the directory "
-            "exists and that the daemon may write there");
+            "exists and that the daemon may write there: the service writes to /var/lib/cellcal "
+            "alone");
 }
 
 TEST(AJournal, WhereThereCanBeNoLogIsRefusedAndNothingIsMade) {

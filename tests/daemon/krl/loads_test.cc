@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/estimate/predict.h"
+#include "daemon/krl/controller_view.h"
 #include "daemon/krl/correct_program.h"
 #include "daemon/krl/run_time_program.h"
 #include "tests/daemon/krl/fixture.h"
@@ -105,6 +106,35 @@ TEST(TheCellsTool, BearsLoadDataOfItsNumberWhereThatIsAnother) {
     EXPECT_NE(words.find(part), std::string::npos) << words;
 }
 
+/// Of arms whose gear of rising stiffness has a counterbalance beside it the bound holds for loads that were touched.
+TEST(ALoad, BeyondThoseOfTheTouchesIsNamedWithTheSpringOfItsArm) {
+  calib::Calibration c = calibration();
+  const auto words = [&](double mass_kg) {
+    const auto heavier = krl::heavier_than_touched(c, mass_kg);
+    return heavier ? calib::words(*heavier) : "";
+  };
+  EXPECT_EQ(words(2.0), "");
+  c.cell.robot.joints[1].counterbalance_sigma_rad = 1e-3;
+  EXPECT_EQ(words(2.0), "");
+  c.cell.robot.joints[1].stiffening_sigma_rad = 3e-4;
+  EXPECT_EQ(words(1.6), "");
+  EXPECT_NE(words(2.0).find("2 kg on the flange: in the touches 1.53"), std::string::npos);
+  EXPECT_NE(words(2.0).find("does not hold for more, since the gear of A2"), std::string::npos);
+  c.cell.loads.push_back({"part", 0.5, Eigen::Vector3d::Zero()});
+  c.touched_loads = {"", "part"};
+  EXPECT_EQ(words(2.0), "") << "touched with it";
+}
+
+TEST(ALoad, OfAnotherToolFarAboveThoseOfTheTouchesIsNamed) {
+  krl::ProgramFiles f = loaded("BAS(#TOOL,5)\n" + std::string(kHere));
+  f.controller[0].text +=
+      "TOOL_DATA[5]={X 0.0,Y 0.0,Z 300.0,A 0.0,B 0.0,C 0.0}\n"
+      "LOAD_DATA[5]={M 5.0,CM {X 60.0,Y 0.0,Z 150.0,A 0,B 0,C 0},J {X 0,Y 0,Z 0}}\n";
+  const CorrectedProgram result = correct_program(calibration(), f, {.anywhere = true});
+  ASSERT_EQ(result.warnings.size(), 1u) << all_words(result);
+  EXPECT_EQ(calib::words(result.warnings[0]).find("5 kg on the flange"), 0u);
+}
+
 TEST(TheCellsTool, IsNamedWithItsLoadInABackup) {
   krl::BackupFiles files;
   files.controller = loaded("").controller;
@@ -118,7 +148,7 @@ TEST(TheCellsTool, IsNamedWithItsLoadInABackup) {
   EXPECT_EQ(result.modules[0].tools[0].load, 2);
   ASSERT_EQ(result.modules.at(1).tools.size(), 1u);
   EXPECT_EQ(result.modules[1].tools[0].load, -1);
-  EXPECT_EQ(result.warnings.size(), 1u);
+  EXPECT_EQ(result.warnings.size(), 2u) << "another load than the cell file's, and far heavier";
 }
 
 TEST(ALoadInForce, IsNamedWithEachModuleOfABackup) {

@@ -15,7 +15,8 @@ const calib::JointVector kUp = {-0.2, -1.4, 1.5, 0.3, 0.8, 0.1},
 
 krl::CorrectedProgram correct_motions(const std::string& body,
                                       const krl::CorrectionOptions& options = {},
-                                      const std::string& config = "") {
+                                      const std::string& config = "",
+                                      const calib::Calibration& c = calibration()) {
   krl::ProgramFiles f;
   f.src = {"p.src", "DEF p()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n" + body + "END\n"};
   f.dat = krl::KrlFile{"p.dat", "DECL E6POS XUP=" + pose_text(kUp) +
@@ -26,7 +27,7 @@ krl::CorrectedProgram correct_motions(const std::string& body,
        "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\nDECL E6AXIS XHOME={A1 "
        "0.0,A2 -90.0,A3 90.0,A4 0.0,A5 20.0,A6 0.0}\n" +
            config}};
-  return correct_program(calibration(), f, options);
+  return correct_program(c, f, options);
 }
 
 std::string based(int bits, int base) {
@@ -210,6 +211,51 @@ TEST(ALinearMotion, MayBeginAtAPointThatIsLeft) {
                       "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 -20.0,A6 0.0}\n");
   ASSERT_EQ(twice.refusals.size(), 1U) << all_words(twice);
   EXPECT_EQ(twice.refusals[0].why, Why::kPostureNotKnown);
+}
+
+/// Of a tool fixed in the cell the axes are not known, and S is.
+TEST(ALinearMotion, BeginsInThePostureOfALeftPtpOfAnExternalTool) {
+  const auto after = [](const std::string& before, const std::string& then = "LIN XNEAR\n",
+                        const calib::Calibration& c = calibration()) {
+    return correct_motions("$IPO_MODE=#TCP\n" + before + "$IPO_MODE=#BASE\n" + then,
+                           {{"XUP", "XFLIPPED"}}, "", c);
+  };
+  const auto plain = correct_motions("PTP XUP\nLIN XNEAR\n", {{"XUP"}});
+  ASSERT_EQ(plain.points.size(), 1U);
+  for (const char* before :
+       {"PTP XUP\n", "PTP XUP\nLIN XFLIPPED\n",
+        "IF A THEN\nPTP XUP\nELSE\nPTP XUP\nLIN XUP\nENDIF\n",
+        "PTP XUP\nLOOP\nLIN XUP\nLIN XFLIPPED\nIF A THEN\nEXIT\nENDIF\nENDLOOP\n"}) {
+    const auto result = after(before);
+    ASSERT_EQ(result.points.size(), 1U) << before << all_words(result);
+    EXPECT_LT((result.points[0].shift_mm - plain.points[0].shift_mm).norm(), 1e-9) << before;
+    EXPECT_EQ(result.files[1].text, plain.files[1].text) << before;
+  }
+  const auto why = [&](const auto&... body) {
+    const auto result = after(body...);
+    return result.refusals.empty() ? "" : krl::name_of(result.refusals[0].why);
+  };
+  EXPECT_STREQ(why("LIN XUP\n"), "posture_not_known");
+  EXPECT_STREQ(why("PTP XFLIPPED\n"), "other_posture");
+  EXPECT_STREQ(why("IF A THEN\nPTP XUP\nELSE\nPTP XFLIPPED\nENDIF\n"), "other_posture");
+  EXPECT_STREQ(why("PTP XUP\nIF A THEN\nPTP XFLIPPED\nENDIF\nLIN XUP\n"), "posture_not_known");
+  EXPECT_STREQ(why("PTP XUP\n", "LIN " + pose_text(kNear, false) + "\n"), "no_configuration");
+}
+
+TEST(ALinearMotion, OfUnknownWholeTurnsIsRefusedWhereTheyMoveTheRealTcp) {
+  const std::string body = "$IPO_MODE=#TCP\nPTP XUP\n$IPO_MODE=#BASE\nLIN XNEAR\nLIN " +
+                           pose_text({-0.1, -1.3, 1.4, 0.4, 0.7, 0.4}, false) + "\n";
+  for (const double ratio : {100.0, 100.5}) {
+    calib::Cell other = cell();
+    other.robot.joints[5].gear_ratio = ratio;
+    other.robot.joints[5].harmonics = {1};
+    other.robot.joints[5].harmonic_sigma_rad = 1e-3;
+    calib::Random random(1);
+    const auto result =
+        correct_motions(body, {{"XUP"}}, "", calib::testing::random_calibration(other, random));
+    EXPECT_EQ(result.refusals.size(), ratio == 100.0 ? 0U : 2U) << all_words(result);
+    for (const krl::Refusal& one : result.refusals) EXPECT_EQ(one.why, Why::kPostureNotKnown);
+  }
 }
 
 TEST(ALinearMotion, MayBeginAtTheHomeOfItsInlineFormUnlessTheProgramChangesIt) {

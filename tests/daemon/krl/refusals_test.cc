@@ -232,6 +232,8 @@ TEST(AFrame, ThatIsUnknownIsSoSinceTheStatement) {
       {"BAS(#TOOL,1)\nBAS(#BASE,0)\nFIND()\nBAS(#TOOL,1)\n$BASE.X=5\nPTP XP1\n",
        "base unknown since $BASE in line 6."},
       {"BAS(#TOOL,N)\nBAS(#TOOL,1)\nPTP XP1\n", "base unknown since DEF in line 1. "},
+      {"$BASE=$WORLD\n$TOOL=TOOL_DATA[1]\nBAS(#PTP_PARAMS,100)\nPTP XP1\n",
+       "tool unknown since BAS(#PTP_PARAMS) in line 4. Set it after that line"},
       {"BAS(#INITMOV,0)\nBAS(#BASE,0)\nPTP XP1\n",
        "tool unknown since BAS(#INITMOV) in line 2. Set it after that line, before the motion, by BAS(#TOOL,n)"},
       {"BAS(#INITMOV,0)\nBAS(#TOOL,1)\nPTP XP1\n",
@@ -254,6 +256,24 @@ TEST(AnUnknownCallBeforeAPath, IsNamedWithWhatMakesThePostureKnown) {
   EXPECT_NE(words.find("posture unknown since CLAMP in line 5, which LIN"), std::string::npos)
       << words;
   EXPECT_NE(words.find("name it with --does-not-move, or give its .src"), std::string::npos);
+}
+
+TEST(AComputedPoint, IsNoIncompleteOneAndNamedWhereAPathFollows) {
+  const std::string computed = "LIN {X 200.0+17.5,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0}\n",
+                    words =
+                        all_words(correct(kFrames + std::string("PTP XP1\n") + computed +
+                                              "LIN {X 500.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0}\n",
+                                          declared(point())));
+  EXPECT_NE(words.find("line 5: computed value"), std::string::npos) << words;
+  EXPECT_NE(words.find("posture unknown since LIN in line 5"), std::string::npos) << words;
+  for (const char* x : {"XP1.X+10", "OFF[1]", "LIFT(2)", "-(3)", "2*3"}) {
+    const auto result = correct(kFrames + std::string("PTP {Y 0.0,X ") + x + ",Z 9,A 0,B 90,C 0}\n",
+                                declared(point()), {.still = {"LIFT"}});
+    EXPECT_NE(all_words(result).find("line 4: computed value"), std::string::npos)
+        << x << all_words(result);
+  }
+  EXPECT_EQ(correct(kFrames + std::string("PTP {X -5,Y +1,X 2}\n"), "").refusals.at(0).why,
+            Why::kPartial);
 }
 
 TEST(APointFromWhereTheArmIs, IsRefusedAsOneThatIsRightAsItIs) {

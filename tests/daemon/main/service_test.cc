@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include "daemon/journal/store/sqlite.h"
 #include "daemon_fixture.h"
 #include "tests/daemon/journal/images.h"
 
@@ -127,6 +128,45 @@ TEST(AChangedConfiguration, ThatIsWrongChangesNothingAndIsNamedWithItsLine) {
   std::ofstream(fixture.dir / "d.toml") << good;
   fixture.daemon->signal(SIGHUP);
   wait_for_log(fixture, "configuration read again");
+}
+
+TEST(AStart, ThatNoRepetitionHelpsIsNotTriedAgainByTheServiceManager) {
+  const auto expect_end = [](const DaemonFixture& fixture, const std::string& words) {
+    const Outcome outcome = run_program({CELLCALD, "--config", fixture.dir / "d.toml"});
+    EXPECT_EQ(std::to_string(outcome.status), unit_key("RestartPreventExitStatus"));
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  };
+  expect_end(DaemonFixture("[http]\nlisten = \"127.0.0.1:8443\"\ntls_certificate = "
+                           "\"/nonexistent/c\"\ntls_key = \"/nonexistent/k\"\n"),
+             "chgrp cellcal");
+  const DaemonFixture other;
+  std::filesystem::create_directories(other.dir / "state");
+  Database(other.dir / "state/journal.db").execute("CREATE TABLE t (x)");
+  expect_end(other, "the database of another program");
+  const DaemonFixture elsewhere;
+  std::ofstream(elsewhere.dir / "d.toml") << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n"
+                                          << "state_dir = \"/proc/cellcal\"\n";
+  expect_end(elsewhere, "ReadWritePaths=");
+}
+
+TEST(AConfiguration, IsNotValidWithAFileThatCannotBeRead) {
+  const DaemonFixture fixture(
+      "[plant]\nplant = \"graz\"\ncell = \"weld-3\"\nbroker = \"broker.example\"\nuser = "
+      "\"weld-3\"\npassword_file = \"/nonexistent/password\"\n");
+  const Outcome checked = run_program({CELLCALD, "--config", fixture.dir / "d.toml", "--check"});
+  EXPECT_EQ(checked.status, 2);
+  EXPECT_NE(checked.err.find("/nonexistent/password: No such file"), std::string::npos)
+      << checked.err;
+}
+
+TEST(AMissingCellFile, IsNamedToTheServiceWithTheFoldersThatItDoesNotSee) {
+  DaemonFixture program, service;
+  program.start();
+  EXPECT_EQ(program.begin({{"cell", "/tmp/none.toml"}}).body.find("does not see"),
+            std::string::npos);
+  service.start({"STATE_DIRECTORY=/var/lib/cellcal"});  // as systemd sets it
+  service.refuse({{"cell", "/tmp/none.toml"}}, 422,
+                 "no such file; check the path. The service does not see /tmp");
 }
 
 TEST(ARequest, WithControlCharactersInItIsRefusedAndForgesNothing) {

@@ -62,6 +62,9 @@ case $case in
     expect "$(bash_candidates run --touch)" --touches
     refuse "$(bash_candidates run --)" --wire
     got=$(bash_candidates kuka-files --wire ''); expect "$got" rsi; expect "$got" eki
+    expect "$(bash_candidates fleet '')" overdue
+    expect "$(bash_candidates fleet compare --jo)" --joint
+    [ -z "$(bash_candidates run '')" ] || fail "commands are offered after a command that has none"
     [ -z "$(bash_candidates run --cell '')" ] || fail "a file is not left to the shell" ;;
   zsh_completes)
     needs zsh
@@ -72,7 +75,11 @@ case $case in
     got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal kuka-files --wire r')
     [[ $got == *"--wire rsi "* ]] || fail "after '--wire r<Tab>': $got"
     got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal run --touch')
-    [[ $got == *"run --touches "* ]] || fail "after 'run --touch<Tab>': $got" ;;
+    [[ $got == *"run --touches "* ]] || fail "after 'run --touch<Tab>': $got"
+    got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal fleet overd')
+    [[ $got == *"fleet overdue "* ]] || fail "after 'fleet overd<Tab>': $got"
+    got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal fleet compare --jo')
+    [[ $got == *"compare --joint "* ]] || fail "after 'fleet compare --jo<Tab>': $got" ;;
   fish_completes)
     needs fish
     fish --no-execute "$pages/cellcal.fish" "$pages/cellcald.fish" || fail "fish does not read it"
@@ -80,6 +87,8 @@ case $case in
     got=$(candidates 'cellcal ru'); expect "$got" run; refuse "$got" report
     expect "$(candidates 'cellcal run --touch')" --touches
     got=$(candidates 'cellcal kuka-files --wire '); expect "$got" rsi; expect "$got" eki
-    got=$(candidates 'cellcal run --'); refuse "$got" --wire ;;
+    got=$(candidates 'cellcal run --'); refuse "$got" --wire
+    got=$(candidates 'cellcal fleet o'); expect "$got" overdue; refuse "$(candidates 'cellcal run o')" overdue
+    expect "$(candidates 'cellcal fleet compare --jo')" --joint ;;
   *) fail "no such case" ;;
 esac

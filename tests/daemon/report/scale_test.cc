@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/axes.h"
 
 namespace cellcal::daemon::report {
 namespace {

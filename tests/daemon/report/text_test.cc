@@ -5,7 +5,7 @@
 #include <locale>
 #include <string>
 
-#include "daemon/report/plan_picture.h"
+#include "daemon/report/say.h"
 
 namespace cellcal::daemon::report {
 namespace {

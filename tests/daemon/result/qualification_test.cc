@@ -90,6 +90,18 @@ TEST(AQualification, FindsDelayAndOvertravelExactlyWhereNothingScatters) {
   EXPECT_EQ(q.bounces_worst, 2);
 }
 
+TEST(AQualification, HasTheMiddleOfTheOvertravelsOfAnEvenNumberOfSearches) {
+  const calib::Plan made = plan();
+  std::vector<RecordReading> all = readings(made, {0.0, 0.003, 0.020});
+  std::size_t fast = 0;
+  for (RecordReading& one : all)  // 12 at the fast speed: 0.1 mm of six, 0.3 mm of the others
+    if (!one.reading.slow && made.touches[one.touch].search_m_s == kFastMS)
+      one = reading(made, one.touch, 0, one.reading.along_m, fast++ % 2 == 0 ? 1e-4 : 3e-4);
+  const Qualification q = qualify(made, all, kFastMS, kSlowMS, kStated);
+  EXPECT_EQ(fast, 12u);
+  EXPECT_NEAR(q.overtravel.at(0).median_m, 2e-4, 1e-9);
+}
+
 TEST(AQualification, KnowsItsNoiseAndDelayAsWellAsItSays) {
   double noise_sigmas = 0.0, delay_sigmas = 0.0, noise_m = 0.0;
   constexpr int kRuns = 200;

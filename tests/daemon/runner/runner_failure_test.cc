@@ -29,6 +29,8 @@ TEST_P(AFailure, IsNamedAndNothingMovesAfterIt) {
   EXPECT_EQ(end.failure->kind, GetParam().kind) << to_string(end.failure->kind);
   EXPECT_NE(words(end.failure->detail).find(GetParam().words), std::string::npos)
       << words(end.failure->detail);
+  EXPECT_EQ(words(end.failure->detail).find("begin move"), std::string::npos)
+      << "internal: " << words(end.failure->detail);
   EXPECT_EQ(session.backend.world.moves.size(), GetParam().moves);
   EXPECT_FALSE(session.backend.world.robot_open);
   EXPECT_FALSE(session.backend.world.contact_open);

@@ -194,6 +194,38 @@ async function keeps_the_form_of_the_cell_while_nobody_is_signed_in_and_asks_bef
   await leave(page);
 }
 
+async function marks_the_doctors_findings_of_an_earlier_cell_file() {
+  const file = "/c/demo.toml";
+  for (const state of ["todo", "done"]) {
+    const page = await open("index", { width: 1280, height: 800 }, idle_cell(0, {
+      "/v1/doctor": { cell: file, running: false, ended: "2026-11-28T20:00:00Z", green: true, hint: "", checks: [] },
+      "/v1/readiness": { cell: file, robot: "", spheres: 0, placed: 0, lengths: 0, next: state === "todo" ? "doctor" : null, steps: [{ step: "doctor", state, words: "", session: null }] } }));
+    const panel = page.locator("[data-doctor]");
+    await panel.getByText("nichts fehlgeschlagen").waitFor(LONG);
+    assert.equal(await panel.getByText("Von einem früheren Stand der Zellen- oder Roboterdatei").count(), state === "todo" ? 1 : 0);
+    await leave(page);
+  }
+}
+
+async function has_the_daemons_sentences_in_its_language_and_marks_those_in_english() {
+  const status = (more) => ({ seq: 1, phase: "connecting", session: 2, running: true, touches: 0, planned: 8, arm: { motion: "unknown", packet_age_s: null }, ...more });
+  const waiting = (start) => status({ waiting: { robot: true, contact: false, left_s: 80, start } });
+  const missing = "/dev/contact2: no such device. Plug the sensor in";
+  const failed = (then) => status({ seq: 2, phase: "failed", running: false, failure: { kind: "device", detail: `${missing}. ${then}: 'cellcal run --resume'` } });
+  let now = waiting("start CELLCAL_RSI on the pendant"), german = waiting("CELLCAL_RSI am Bediengerät starten");
+  const page = await open("index", { width: 1280, height: 800 }, ({ pathname, searchParams }) =>
+    pathname === "/v1/status" ? { json: searchParams.get("language") === "de" ? german : now } : null);
+  const start = page.locator(".waiting span");
+  await start.getByText("CELLCAL_RSI am Bediengerät starten").waitFor(LONG);
+  assert.equal(await start.getAttribute("lang"), "de");
+  [now, german] = ["Then", "Danach"].map(failed);
+  const evidence = page.locator(".evidence span");
+  await evidence.getByText(missing).waitFor(LONG);
+  assert.equal(await evidence.innerText(), `${missing}. Then: 'cellcal run --resume'`);
+  assert.equal(await evidence.getAttribute("lang"), "en");
+  await leave(page);
+}
+
 async function names_the_cell_file_of_the_doctors_findings_where_it_is_not_the_one_shown() {
   const of = (cell) => ({ cell, running: false, ended: "2026-11-28T20:00:00Z", green: true, hint: "", checks: [] });
   const examined = [];
@@ -299,6 +331,7 @@ try {
   for (const step of [says_that_a_cell_is_on_hold_until_it_is_released, keeps_long_names_and_the_focus_in_sight_on_a_telephone,
                       closes_the_start_of_a_session_for_good_when_another_one_begins, keeps_the_form_of_the_cell_while_nobody_is_signed_in_and_asks_before_it_is_dropped,
                       names_the_cell_file_of_the_doctors_findings_where_it_is_not_the_one_shown,
+                      marks_the_doctors_findings_of_an_earlier_cell_file, has_the_daemons_sentences_in_its_language_and_marks_those_in_english,
                       draws_a_hung_arm_on_the_floor_of_its_cell, names_the_spheres_distinguishably, writes_thousands_of_sessions_only_once,
                       is_shown_in_a_browser_without_a_locale, shows_a_plant_in_german_on_a_telephone]) {
     await step();

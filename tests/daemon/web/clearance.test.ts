@@ -37,7 +37,7 @@ test("a session starts by the word that the cell is clear, then by the request",
   assert.deepEqual([paths(), start.sent], [["/v1/clear", "/v1/run"], true]);
   assert.deepEqual(out, [["/v1/clear"]], "it is said before it is sent");
   sent[1]!.answer(201);
-  assert.equal(await end, "");
+  assert.equal((await end).words, "");
   assert.equal(start.sent, false);
 });
 
@@ -47,7 +47,7 @@ test("a start that is called off before its request is out is not sent", async (
     const { start, out, end } = starting();
     start.called_off = true;
     sent[0]!.answer(status);
-    assert.match(await end, /^Called off: /);
+    assert.match((await end).words, /^Called off: /);
     assert.deepEqual([paths(), out, start.sent], [["/v1/clear"], [], false]);
   }
 });
@@ -55,21 +55,23 @@ test("a start that is called off before its request is out is not sent", async (
 test("of a start that is refused or without an answer it is said", async () => {
   const unclear = starting();
   sent[0]!.answer(409, { error: "a session is in progress" });
-  assert.equal(await unclear.end, "a session is in progress");
+  assert.deepEqual(await unclear.end, { words: "a session is in progress", lang: "en" });
   assert.deepEqual(paths(), ["/v1/clear"]);
   sent = [];
   const { start, end } = starting();
   sent[0]!.answer(200);
   await settled();
   sent[1]!.answer(422, { error: "no such file" });
-  assert.equal(await end, "no such file");
+  assert.deepEqual(await end, { words: "no such file", lang: "en" }, "the daemon's words");
   assert.equal(start.sent, false);
   sent = [];
   const lost = starting();
   sent[0]!.answer(200);
   await settled();
   sent[1]!.lose();
-  assert.match(await lost.end, /^Start sent: the arm can move .* ABORT/, "it may have begun");
+  const { words, lang } = await lost.end;
+  assert.match(words, /^Start sent: the arm can move .* ABORT/, "it may have begun");
+  assert.equal(lang, undefined, "the page's own");
 });
 
 test("the word that the cell is clear counts for one session, one phase, five minutes, and while the daemon answers", () => {

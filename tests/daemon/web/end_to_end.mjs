@@ -514,7 +514,7 @@ const steps = {
     await show(calibrated({}), { ...idle, phase: "connecting", running: true, touches: 0, waiting: { robot: true, contact: true, left_s: 87, start: "CELLCAL_RSI" } });
     const silent = said("waiting.both", { left: /1 min 27 s/ });
     await answers(page, "connecting", {
-      ...held, doing: "phase.connecting", long: silent, wrong: silent, todo: said("waiting.start", { what: /CELLCAL_RSI/ }), near: "near.soon" });
+      ...held, doing: "phase.connecting", long: silent, wrong: silent, todo: /CELLCAL_RSI/, near: "near.soon" });
     await pictures(page, "connecting");
     await show(calibrated({}), { ...idle, phase: "planning", running: true, touches: 0, planned: 0 });
     await page.getByText("Planning the touches. Nothing moves.").first().waitFor(LONG);
@@ -548,7 +548,7 @@ const steps = {
   async "states of the links what was measured, what they lack, and nothing of a silent sensor or of replies that there are none of"() {
     const page = await open();
     const lacking = "1 of 9 packets lost. Check the cable";
-    const links = (now) => ({ ...now, open: true, robot: { ...now.robot, packets: 9, replies: 0, late: 0 },
+    const links = (now) => ({ ...now, open: true, robot: { ...now.robot, packets: 9, replies: 0, late: 0, cycle_ms: 0 },
       contact: { ...now.contact, frames: 9, in_contact: null, loop_ok: null, round_trip_ms: null, clock_sigma_us: null } });
     await page.route("**/v1/events*", (route) => route.abort());
     await page.route("**/v1/status", async (route) => {
@@ -560,7 +560,7 @@ const steps = {
     await card.getByText(lacking).waitFor(LONG);
     await card.getByText("Loop").waitFor(LONG);
     const words = await card.innerText();
-    for (const unknown of ["Contact", "Loop", "Round trip", "Clock"]) assert.match(words, new RegExp(`${unknown}[^\\n]*\\n–`), words);
+    for (const unknown of ["Cycle", "Contact", "Loop", "Round trip", "Clock"]) assert.match(words, new RegExp(`${unknown}[^\\n]*\\n–`), words);
     assert.doesNotMatch(words, /BROKEN|Late replies|Reply time/);
     await leave(page);
   },

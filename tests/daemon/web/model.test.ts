@@ -5,6 +5,8 @@ import { formats } from "../src/format";
 import { EMPTY, OLD_AFTER_MS, answered, age_ms, lacks_touches, measured_posture, silent, with_posture, with_status, with_touches, without_token } from "../src/model";
 import { mood, motion, motion_words, resumable, sentence } from "../src/sentence";
 import * as api from "../generated/api";
+import type { RobotLink } from "../src/types";
+import { robot_is_good } from "../src/ui/links";
 import { speaker } from "../src/words";
 import { status, words_of } from "./kr5";
 
@@ -112,6 +114,14 @@ test("the arm is at rest only as far as the newest packet of the controller show
       assert.doesNotMatch(sentence(of({ phase }), speaker(language)), /at rest|steht still/, phase);
 });
 
+test("a robot's link is good only with enough packets for their cycle, and never with a lack", () => {
+  const robot = (more: object): RobotLink => ({ packets: 15, late: 0, gaps: 0, bad_packets: 0, cycle_ms: 4, ...more }) as RobotLink;
+  assert.equal(robot_is_good(robot({}), ""), true);
+  assert.equal(robot_is_good(robot({ cycle_ms: 0 }), ""), null);
+  for (const lack of [{ late: 1 }, { gaps: 1 }, { bad_packets: 1 }]) assert.equal(robot_is_good(robot({ cycle_ms: 0, ...lack }), ""), false);
+  assert.equal(robot_is_good(robot({ cycle_ms: 0 }), "no packet for 5 s"), false);
+});
+
 test("what can be gone on with is what was left, failed or aborted", () => {
   assert.equal(resumable(of({ phase: "idle", session: 0 })), null);
   assert.equal(resumable(of({ phase: "done" })), null);
@@ -120,6 +130,11 @@ test("what can be gone on with is what was left, failed or aborted", () => {
   const left = { session: 2, touches: 5, planned: 9, started: "", ending: "interrupted", anew: "" };
   assert.deepEqual(resumable(of({ phase: "idle", session: 0, interrupted: left })), { session: 2, n: 5, total: 9 });
   assert.equal(resumable(of({ phase: "idle", session: 0, interrupted: { ...left, anew: "cellcal check" } })), null);
+  for (const kind of FAILURES) {
+    const again = ["not-found", "plan-changed", "identify"].includes(kind);
+    assert.equal(resumable(of({ phase: "failed", failure: { kind, detail: "" } })) === null, again, kind);
+    assert.equal(resumable(of({ phase: "idle", session: 0, interrupted: { ...left, failure: kind } })) === null, again, kind);
+  }
 });
 
 test("a session that an earlier run of the daemon left is the page's sentence, and not calm", () => {

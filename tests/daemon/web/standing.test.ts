@@ -60,11 +60,13 @@ test("nothing is to be done only while nothing runs, nothing has failed and the 
   const told = (now: Now, chart: Record<string, unknown> | null = checks()) => line(chart, chart ? [version()] : [], "en", { now }).more.join(" ");
   assert.match(told("running"), /^Wait for the session\. Check once per shift\. Without one the state becomes unknown on 11\u00a0Dec\.$/);
   for (const now of ["amiss", "lost"] as const) assert.match(told(now), /^Check once per shift\. Without one the state becomes unknown on 11\u00a0Dec\.$/);
-  assert.equal(told("lost", null), "");
+  for (const now of ["amiss", "lost"] as const) assert.equal(told(now, null), "", "the failed session has its own button");
+  assert.notEqual(told("withheld", null), "");
   const now = (more: Record<string, unknown>, old = false) => now_of(decode.status(status(more)), old);
   const ended = { running: false, phase: "done" };
   assert.deepEqual([now({}), now(ended), now({ ...ended, phase: "failed" }), now({ ...ended, phase: "aborted" }), now({}, true), now_of(null, false)],
     ["running", "calm", "amiss", "amiss", "lost", "calm"]);
+  assert.equal(now({ ...ended, outcome: { kind: "withheld", good: false } }), "withheld");
   const left = { session: 2, touches: 5, planned: 9, started: "", ending: "interrupted", anew: "" };
   assert.deepEqual([null, left].map((interrupted) => now({ running: false, phase: "idle", interrupted })), ["calm", "amiss"]);
 });

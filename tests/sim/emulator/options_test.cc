@@ -44,43 +44,12 @@ TEST_F(Options, WithoutAnyTheControllerIsTheUsualOne) {
 }
 
 TEST_F(Options, SetTheControllersRsi) {
-  const ControllerConfig c = parse({"--precision",
-                                    "1",
-                                    "--mode",
-                                    "relative",
-                                    "--hold-on",
-                                    "0",
-                                    "--axis-tag",
-                                    "AKorr",
-                                    "--sentype",
-                                    "Me",
-                                    "--timeout-cycles",
-                                    "7",
-                                    "--stop-mode",
-                                    "1",
-                                    "--correction-frame",
-                                    "tool",
-                                    "--no-delay",
-                                    "--no-setpoint",
-                                    "--ipoc-step",
-                                    "1",
-                                    "--clamp-deg",
-                                    "5",
-                                    "--monitor-deg",
-                                    "6"})
-                                 .controller;
-  EXPECT_EQ(c.precision, 1);
+  const ControllerConfig c =
+      parse({"--mode", "relative", "--contact-tag", "Contact.R", "--clamp-deg", "5"}).controller;
   EXPECT_EQ(c.mode, RsiMode::kRelative);
-  EXPECT_FALSE(c.hold_on);
-  EXPECT_EQ(c.axis_tag, "AKorr");
-  EXPECT_EQ(c.sentype, "Me");
-  EXPECT_EQ(c.timeout_cycles, 7);
-  EXPECT_EQ(c.stop_mode, RsiStop::kPathStop);
-  EXPECT_EQ(c.cartesian_system, CorrectionFrame::kTool);
-  EXPECT_FALSE(c.send_delay || c.send_setpoint);
-  EXPECT_EQ(c.ipoc_step, 1);
+  EXPECT_EQ(c.contact_tag, "Contact.R");
   EXPECT_EQ(c.clamp_deg, 5.0);
-  EXPECT_EQ(c.monitor_deg, 6.0);
+  EXPECT_EQ(c.monitor_deg, 5.0);
 }
 
 TEST_F(Options, Krc2HasItsCycleAndItsFirstPacket) {
@@ -119,9 +88,7 @@ TEST_F(Options, WhatRealArmsHaveIsAskedForInTheUnitsOfItsNames) {
 TEST_F(Options, NonsenseIsRefused) {
   for (const std::vector<std::string>& words : std::initializer_list<std::vector<std::string>>{
            {"--mode", "sideways"},
-           {"--precision", "13"},
-           {"--stop-mode", "5"},
-           {"--rsi-xml", file.string(), "--sentype", "Me"},
+           {"--rsi-xml", file.string(), "--contact-tag", "Contact.R"},
            {"--rsi-xml", "/nowhere"},
            {"--compliance-sigma-rad-per-nm", "1"},
            {"--play-arcsec", "-1"},

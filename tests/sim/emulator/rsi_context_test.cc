@@ -155,6 +155,14 @@ TEST_P(InstalledFiles, AreWiredByTheContextWhateverTheNames) {
   EXPECT_EQ(stops(unwired), 0U);
 }
 
+TEST_P(InstalledFiles, GiveTheModeOfTheStopObject) {
+  const std::string mode = GetParam() == 3 ? "Name=\"Mode\" ParamID=\"1\" ParamValue=\""
+                                           : "Name=\"Mode\" ParamId=\"0\" ParamValue=\"";
+  EXPECT_EQ(loaded({}).stop_mode, RsiStop::kExitMoveCorr);
+  EXPECT_EQ(loaded({}, mode + "4", mode + "1").stop_mode, RsiStop::kPathStop);
+  EXPECT_THROW(loaded({}, mode + "4", mode + "5"), std::invalid_argument);
+}
+
 TEST_P(InstalledFiles, OfAnotherReleaseAreRefused) {
   drivers::RsiFilesConfig config;
   EXPECT_EQ(loaded(config).clamp_deg, 90.0);

@@ -7,7 +7,7 @@ import * as decode from "../decode";
 import { Live } from "../live";
 import { age_ms } from "../model";
 import { post } from "../request";
-import { may_move, mood, sentence } from "../sentence";
+import { is_at_touch, may_move, mood, sentence } from "../sentence";
 import { cell_name, now_of, standing_line } from "../standing";
 import { preferred_language, type Language } from "../words";
 import { CellPanel } from "./cell";
@@ -65,8 +65,8 @@ export function App() {
   const asked = with_login || !status ? null : "";
   // Not on each phase of a touch: data of ended sessions are fetched when one has ended.
   const ended = `${session} ${status?.running} ${status?.running ? "" : status?.phase}`;
-  // With touches chosen one by one, the plan contains the current touch only.
-  const chosen_as_it_goes = status?.goal_mm !== null || status?.finding ? status?.touches : 0;
+  // With touches chosen one by one, the plan contains the newest chosen touch only.
+  const chosen_as_it_goes = status && (status.goal_mm !== null || status.finding) ? `${status.touches} ${is_at_touch(status)}` : "";
   const planned = status?.running ? `${session} ${status.planned} ${chosen_as_it_goes}` : ended;
   const [said, said_one_more] = useReducer((n: number) => n + 1, 0);
   const said_something = useCallback(() => said_one_more(undefined), []);
@@ -90,7 +90,7 @@ export function App() {
   const [entered, enter] = useState<string | null>(null);
   const [looked, look_again] = useReducer((n: number) => n + 1, 0);
   const doctor = useDoctor(asked !== null, `${ended} ${looked}`, language);
-  const seen = `${ended} ${looked} ${doctor?.running} ${doctor?.ended}`;
+  const seen = `${ended} ${looked} ${doctor?.running} ${doctor?.ended} ${aged}`;
   const readiness = useFetched(asked === null ? null : `/v1/readiness?language=${language}`, seen, decode.readiness);
   const together = useRef(false);
   together.current ||=
@@ -105,11 +105,12 @@ export function App() {
 
   const file = (status?.session ? sessions?.find((one) => one.id === status.session)?.cell : "") || readiness?.cell || sessions?.[0]?.cell || "";
   const cell = cell_name(file), robot = scene?.robot || readiness?.robot || "";
-  const standing = standing_line({ drift, versions, readiness, cell: file, now: now_of(status, old) }, now_ms() / 1000, voice.say, voice.fmt);
+  const moment = now_of(status, old);
+  const standing = standing_line({ drift, versions, readiness, cell: file, now: moment }, now_ms() / 1000, voice.say, voice.fmt);
   const names = [cell, robot].filter((one) => one !== "").join(", ") || say("title");
   // The page's first button: that of the first line, else that of the guide. A failed or aborted session is looked at first.
   const due = standing.action !== null && standing.state !== "holds";
-  const guided = idle && !due && readiness?.next != null && (status.phase === "idle" || status.phase === "done");
+  const guided = idle && !due && readiness?.next != null && moment !== "amiss";
   const state = !status ? "" : old ? say("link.unknown") : status.running || status.phase === "failed" ? sentence(status, say) : standing.headline;
   const title = state === "" ? names : `${names} · ${state}`;
   useEffect(() => { document.title = title; }, [title]);
@@ -161,7 +162,7 @@ export function App() {
             <div class="column first">
               {status && <Accuracy touches={model.touches} status={status} old={old} />}
               <LinksPanel status={status} old={old} />
-              {doctor && <DoctorPanel doctor={doctor} cell={file} may={may} begun={() => look_again(undefined)} />}
+              {doctor && <DoctorPanel doctor={doctor} readiness={readiness} cell={file} may={may} begun={() => look_again(undefined)} />}
               {figures?.result && <Residuals touches={figures.touches} found />}
             </div>
             {sessions && <History sessions={sessions} shown={shown} show={show} />}

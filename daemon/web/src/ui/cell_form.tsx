@@ -193,7 +193,7 @@ function CellFields({ cell, forms, signed_out, done, close, leave }: {
     const origin = from_text !== "" ? { from_text } : own ? { instead_of: sha256 } : file !== "" ? { from: file } : {};
     const answer = await post("/v1/cell-form", { name: draft.name.trim(), form: made.form, ...origin });
     // The doctor examines it, and the guide refers to the cell examined last.
-    const words_ = is_good(answer) ? await examine(words(fields(answer.value)?.file), say) : told(answer);
+    const words_ = is_good(answer) ? (await examine(words(fields(answer.value)?.file), say)).words : told(answer);
     set_busy(false);
     set_said(words_);
     if (words_ === "") done();

@@ -68,3 +68,9 @@ export function useTranslated(status: Status, wanted: boolean): [Status, Languag
   const told = useFetched(asked, status.seq, decode.status);
   return told ? [told, language] : [status, "en"];
 }
+
+/** Of a sentence told in `language`. A text that no catalogue has, as of a device or of the planner, is English in each. */
+export function language_of(words: string, english: string, language: Language): Language {
+  const parts = english.replace(/'cellcal [^']*'/g, "").split(/[.:;] /).filter((part) => part.split(" ").length > 3);
+  return words === english || parts.some((part) => words.includes(part)) ? "en" : language;
+}

@@ -2,11 +2,12 @@
 
 import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
-import { asking, get, is_good, is_unanswered, post, refusal } from "../request";
+import { asking, get, is_good, is_unanswered, NOT_REFUSED, post, refused_by, type Refusal } from "../request";
 import { cell_name } from "../standing";
-import type { Doctor, Finding } from "../types";
+import type { Doctor, Finding, Readiness } from "../types";
 import { CATALOGUES, type Key, type Language, type Say } from "../words";
 import { useVoice } from "./context";
+import { Refused } from "./refused";
 
 const ASK_EVERY_MS = 1000;
 const MARKS: Record<Finding["outcome"], string> = { ok: "✔", warning: "▲", failed: "✖", skipped: "–" };
@@ -26,21 +27,23 @@ export function useDoctor(wanted: boolean, key: unknown, language: Language): Do
   return doctor;
 }
 
-/** Starts an examination of this cell; returns the refusal as text, otherwise empty. */
-export async function examine(cell: string, say: Say): Promise<string> {
+/** Starts an examination of this cell; returns its refusal. */
+export async function examine(cell: string, say: Say): Promise<Refusal> {
   const answer = await post("/v1/doctor", { cell });
-  return is_good(answer) ? "" : refusal(answer, say);
+  return is_good(answer) ? NOT_REFUSED : refused_by(answer, say);
 }
 
-/** `cell`: file that the page shows; the findings may be of another one. */
-export function DoctorPanel({ doctor, cell, may, begun }: {
-  doctor: Doctor; cell: string; may: boolean; begun: () => void;
+/** `cell`: file that the page shows; the findings may be of another one. `readiness`: null: not known yet. */
+export function DoctorPanel({ doctor, readiness, cell, may, begun }: {
+  doctor: Doctor; readiness: Readiness | null; cell: string; may: boolean; begun: () => void;
 }) {
   const { say, fmt } = useVoice();
-  const [refused, set_refused] = useState("");
+  const [refused, set_refused] = useState(NOT_REFUSED);
   const worth = doctor.checks.filter((one) => one.outcome === "failed" || one.outcome === "warning");
   const others = doctor.checks.filter((one) => !worth.includes(one));
   const of_another = doctor.cell !== "" && cell !== "" && doctor.cell !== cell;
+  const undone = readiness?.cell === doctor.cell && readiness.steps.some((one) => one.step === "doctor" && one.state === "todo");
+  const of_earlier = undone && !doctor.running && doctor.ended !== "";
   const look = async () => {
     set_refused(await examine(cell, say));
     begun();
@@ -50,6 +53,7 @@ export function DoctorPanel({ doctor, cell, may, begun }: {
       <h2 id="doctor-title">{say("doctor")}</h2>
       {doctor.cell !== "" && <p class="note">{doctor.cell}</p>}
       {of_another && <p class="refused"><span aria-hidden="true">▲ </span>{say("doctor.other", { cell: cell_name(cell) })}</p>}
+      {of_earlier && <p class="refused"><span aria-hidden="true">▲ </span>{say("doctor.earlier")}</p>}
       {doctor.running && <p role="status">{say("doctor.running")} {doctor.hint !== "" && <strong>{doctor.hint}</strong>}</p>}
       {!doctor.running && doctor.ended === "" && <p class="note">{say("doctor.none")}</p>}
       {!doctor.running && doctor.ended !== "" && (
@@ -65,7 +69,7 @@ export function DoctorPanel({ doctor, cell, may, begun }: {
       {others.length > 0 && (
         <details><summary>{say("doctor.others", { n: others.length })}</summary><Checks checks={others} /></details>
       )}
-      {refused !== "" && <p class="refused" role="alert">{refused}</p>}
+      <Refused by={refused} />
       {may && cell !== "" && !doctor.running && (
         <p class="files"><button type="button" class="small" onClick={() => void look()}>{of_another ? say("doctor.look.cell", { cell: cell_name(cell) }) : say("doctor.look")}</button></p>
       )}

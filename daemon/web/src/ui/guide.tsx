@@ -3,9 +3,11 @@
 
 import { useEffect, useState } from "preact/hooks";
 import { shell_word } from "../format";
+import { NOT_REFUSED } from "../request";
 import type { Readiness, StepName, StepSeen } from "../types";
 import { useVoice } from "./context";
 import { examine } from "./doctor";
+import { Refused } from "./refused";
 import { StartDialog, WHOLE, type Wish } from "./start";
 
 const MARKS: Record<StepSeen["state"], string> = { done: "✔", wrong: "✖", todo: "○" };
@@ -115,7 +117,7 @@ function Next({ step, cell, may, looking, begun, started }: {
 function Look({ cell, first, looking, begun }: { cell: string; first: boolean; looking: boolean; begun: () => void }) {
   const { say } = useVoice();
   const [path, become] = useState(cell);
-  const [refused, set_refused] = useState("");
+  const [refused, set_refused] = useState(NOT_REFUSED);
   useEffect(() => become(cell), [cell]);
   const look = async (event: Event) => {
     event.preventDefault();
@@ -130,7 +132,7 @@ function Look({ cell, first, looking, begun }: { cell: string; first: boolean; l
                onInput={(event) => become(event.currentTarget.value)} />
       </label>
       <button type="submit" class={first ? "go" : ""} disabled={looking}>{say(looking ? "doctor.running" : "doctor.look")}</button>
-      {refused !== "" && <p class="refused" role="alert">{refused}</p>}
+      <Refused by={refused} />
     </form>
   );
 }

@@ -2,15 +2,16 @@
 
 import type { ContactLink, RobotLink, Status } from "../types";
 import type { Language } from "../words";
-import { useTranslated, useVoice } from "./context";
+import { language_of, useTranslated, useVoice } from "./context";
 import { Figure } from "./progress";
 
 const some = (count: number | null) => (count ?? 0) > 0;
 /** More than half of the delay that stops the arm. */
 const heartbeat_is_late = ({ late_ms }: ContactLink) =>
   late_ms.worst !== null && late_ms.limit !== null && late_ms.worst > late_ms.limit / 2;
-/** `words`: of the daemon, on what the link lacks. */
-const robot_is_good = (link: RobotLink, words: string) => words === "" && !some(link.late) && !some(link.gaps) && !some(link.bad_packets);
+/** `words`: of the daemon, on what the link lacks. Null: unknown, too few packets for their cycle. */
+export const robot_is_good = (link: RobotLink, words: string): boolean | null =>
+  words === "" && !some(link.late) && !some(link.gaps) && !some(link.bad_packets) && (some(link.cycle_ms) || null);
 const contact_is_good = (link: ContactLink, words: string) =>
   words === "" && link.loop_ok !== false && link.self_test_ok !== false && !some(link.crc_errors) && !some(link.gaps) &&
   !heartbeat_is_late(link);
@@ -36,22 +37,24 @@ function Links({ status, links, old }: { status: Status; links: NonNullable<Stat
   const { say } = useVoice();
   const lacking = links.open && (status.robot !== "" || status.contact !== "");
   const [told, lang] = useTranslated(status, lacking);
+  const lack = (of: "robot" | "contact"): Lack =>
+    ({ words: lacking ? told[of] : "", lang: language_of(told[of], status[of], lang), old });
   return (
     <>
       {!links.open && <p class="note">{say("links.closed")}</p>}
-      <Robot link={links.robot} lack={{ words: lacking ? told.robot : "", lang, old }} />
-      <Contact link={links.contact} lack={{ words: lacking ? told.contact : "", lang, old }} />
+      <Robot link={links.robot} lack={lack("robot")} />
+      <Contact link={links.contact} lack={lack("contact")} />
     </>
   );
 }
 
-function Heading({ name, good, lack: { words, lang, old } }: { name: string; good: boolean; lack: Lack }) {
+function Heading({ name, good, lack: { words, lang, old } }: { name: string; good: boolean | null; lack: Lack }) {
   const { say } = useVoice();
   return (
     <>
       <h3>
         {name}{" "}
-        {!old && (
+        {!old && good !== null && (
           <span class="badge" data-good={good}>
             <span aria-hidden="true">{good ? "✔" : "▲"}</span> {say(good ? "links.ok" : "links.warn")}
           </span>
@@ -87,7 +90,7 @@ function Robot({ link, lack }: { link: RobotLink; lack: Lack }) {
         <Figure name={say("links.gaps")} value={fmt.whole(link.gaps)} bad={some(link.gaps)} />
         <Figure name={say("links.bad")} value={fmt.whole(link.bad_packets)} bad={some(link.bad_packets)} />
         {some(link.replies) && <Figure name={say("links.reply")} value={fmt.ms(link.reply_ms.p99)} />}
-        <Figure name={say("links.cycle")} value={fmt.ms(link.cycle_ms)} />
+        <Figure name={say("links.cycle")} value={fmt.ms(some(link.cycle_ms) ? link.cycle_ms : null)} />
         <Figure name={say("links.gap")} value={fmt.ms(link.longest_gap_ms)} />
       </dl>
     </>

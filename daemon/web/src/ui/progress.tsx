@@ -1,8 +1,8 @@
 // Progress of the session: how far, how long, how good, and notes on it.
 
-import { touch_in_hand } from "../sentence";
+import { is_at_touch, touch_in_hand } from "../sentence";
 import type { PlannedTouch, Status, Touch } from "../types";
-import { useTranslated, useVoice } from "./context";
+import { language_of, useTranslated, useVoice } from "./context";
 
 export function Progress({ status, touches, plan }: { status: Status; touches: Touch[]; plan: PlannedTouch[] }) {
   const { say } = useVoice();
@@ -10,8 +10,8 @@ export function Progress({ status, touches, plan }: { status: Status; touches: T
   return (
     <div class="progress">
       {status.running && <Ahead status={status} touches={touches} plan={plan} />}
-      {told.warnings.map((one) => <p class="note" lang={lang} key={one}>▲ {one}</p>)}
-      {status.interruptions > 0 && <p class="note">{say(status.interruptions === 1 ? "interruption" : "interruptions", { n: status.interruptions })}</p>}
+      {told.warnings.map((one, i) => <p class="note" lang={language_of(one, status.warnings[i] ?? "", lang)} key={one}>▲ {one}</p>)}
+      {status.interruptions > 0 && <p class="note">{say("interruptions", { n: status.interruptions })}</p>}
       {status.busy_repeats > 0 && <p class="note">{say("busy.repeats", { n: status.busy_repeats })}</p>}
     </div>
   );
@@ -42,7 +42,7 @@ function Ahead({ status, touches, plan }: { status: Status; touches: Touch[]; pl
         {ahead && (
           <Figure name={say("progress.next")} value={next
             ? say("progress.next.touch", { n: n + 1, target: next.target, set: say(`set.${next.set}`) })
-            : status.target || "–"} />
+            : (is_at_touch(status) && status.target) || "–"} />
         )}
         {status.residual_mm !== null && <Figure name={say("progress.residual")} value={fmt.mm(status.residual_mm)} />}
       </dl>

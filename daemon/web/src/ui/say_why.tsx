@@ -2,9 +2,10 @@
 
 import type { ComponentChildren } from "preact";
 import { useRef, useState } from "preact/hooks";
-import { is_good, post, refusal } from "../request";
+import { is_good, NOT_REFUSED, post, refused_by } from "../request";
 import { useVoice } from "./context";
 import { useDialog } from "./dialog";
+import { Refused } from "./refused";
 
 const LONGEST_REASON = 500; // bytes, limit of the daemon: two per letter
 
@@ -16,7 +17,7 @@ export function SayWhy({ title, go, needed, path, body, done, close, children }:
   const [reason, set_reason] = useState("");
   const [busy, set_busy] = useState(false);
   const sending = useRef(false); // a sent request is not cancelled by leaving
-  const [refused, set_refused] = useState("");
+  const [refused, set_refused] = useState(NOT_REFUSED);
   const dialog = useDialog(() => { if (!sending.current) close(); });
   const why = reason.trim();
   const submit = async (event: Event) => {
@@ -26,7 +27,7 @@ export function SayWhy({ title, go, needed, path, body, done, close, children }:
     const answer = await post(path, why === "" ? body : { ...body, reason: why });
     set_busy(sending.current = false);
     if (is_good(answer)) done();
-    else set_refused(refusal(answer, say));
+    else set_refused(refused_by(answer, say));
   };
   return (
     <>
@@ -40,7 +41,7 @@ export function SayWhy({ title, go, needed, path, body, done, close, children }:
             <input name="reason" type="text" required={needed} maxLength={LONGEST_REASON / 2} value={reason}
                    onInput={(event) => set_reason(event.currentTarget.value)} />
           </label>
-          {refused !== "" && <p class="refused" role="alert">{refused}</p>}
+          <Refused by={refused} />
           <div class="buttons">
             <button type="button" disabled={busy} onClick={close}>{say("cancel")}</button>
             <button type="submit" class="go" disabled={busy || (needed && why === "")}>{go}</button>

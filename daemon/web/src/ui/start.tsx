@@ -3,10 +3,12 @@
 import type { ComponentChildren } from "preact";
 import { useContext, useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import { begin, counts, type Clearance, type Start } from "../clearance";
+import { NOT_REFUSED } from "../request";
 import { resumable } from "../sentence";
 import type { Kind, Role, Status } from "../types";
 import { SituationContext, useVoice } from "./context";
 import { useDialog } from "./dialog";
+import { Refused } from "./refused";
 
 /** Kinds that can be started here: `update` is a calibration on top of the last one, by which the TCP is measured. */
 const WISHES = ["calibrate", "update", "qualify", "find", "dry-run", "check"] as const satisfies readonly (Kind | "update")[];
@@ -135,7 +137,7 @@ function ClearDialog({ title, go, body, done, close, children }: {
   const situation = useContext(SituationContext);
   const [given, give] = useState<Clearance | null>(null);
   const [stage, set_stage] = useState<"asks" | "confirms" | "sent">("asks");
-  const [refused, set_refused] = useState("");
+  const [refused, set_refused] = useState(NOT_REFUSED);
   const start = useRef<Start>({ called_off: false, sent: false });
   const withdraw = () => {
     start.current.called_off = true;
@@ -157,13 +159,13 @@ function ClearDialog({ title, go, body, done, close, children }: {
     event.preventDefault();
     if (!clear || stage !== "asks") return;
     set_stage("confirms");
-    set_refused("");
+    set_refused(NOT_REFUSED);
     start.current = { called_off: false, sent: false };
-    const words = await begin(start.current, body(), say, () => set_stage("sent"));
+    const why = await begin(start.current, body(), say, () => set_stage("sent"));
     set_stage("asks");
-    set_refused(words);
+    set_refused(why);
     give(null);
-    if (words === "") done();
+    if (why.words === "") done();
   };
   return (
     <>
@@ -178,7 +180,7 @@ function ClearDialog({ title, go, body, done, close, children }: {
           <strong>{say("start.clear")}</strong>
         </label>
         <p class="note">{say("start.clear.hint")}</p>
-        {refused !== "" && <p class="refused" role="alert">{refused}</p>}
+        <Refused by={refused} />
         {stage === "sent" && <p class="paused" role="alert">{say("start.sent")}</p>}
         <div class="buttons">
           <button type="button" disabled={stage === "sent"} onClick={leave}>{say("cancel")}</button>

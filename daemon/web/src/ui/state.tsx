@@ -76,7 +76,7 @@ export function StatePanel({ model, plan, now, why }: {
           <Details status={status} outcome={status.outcome} />
         </>
       )}
-      {old === 0 && <Waiting model={model} />}
+      {old === 0 && <Waiting status={status} />}
     </section>
   );
 }
@@ -94,9 +94,10 @@ function Details({ status, outcome }: { status: Status; outcome: Outcome }) {
   return <OutcomeDetails outcome={told.outcome ?? outcome} lang={lang} />;
 }
 
-function Waiting({ model }: { model: Model }) {
+function Waiting({ status }: { status: Status }) {
   const { say, fmt } = useVoice();
-  const waiting = model.status?.waiting;
+  const { waiting } = status;
+  const [told, lang] = useTranslated(status, waiting !== null && waiting.start !== "");
   if (!waiting || (!waiting.robot && !waiting.contact)) return null;
   const key = waiting.robot && waiting.contact ? "waiting.both"
     : waiting.robot ? "waiting.robot" : "waiting.contact";
@@ -104,7 +105,7 @@ function Waiting({ model }: { model: Model }) {
     <div class="waiting">
       <p>{say(key, { left: fmt.duration(waiting.left_s) })}</p>
       {waiting.robot && waiting.start !== "" && (
-        <p><strong lang="en">{say("waiting.start", { what: waiting.start })}</strong></p>
+        <p><strong>{say("failure.todo")}: <span lang={lang}>{told.waiting?.start || waiting.start}</span></strong></p>
       )}
       {waiting.contact && <p>{say("waiting.sensor.do")}</p>}
     </div>

@@ -1,5 +1,6 @@
 // Keys to words, in the language that is chosen: one JSON catalogue per language, shared with the programs
-// (calib/words), whose own sentences begin with "say." and are left out of the page. {name} stands for a value.
+// (calib/words), whose own sentences begin with "say." and are left out of the page. {name} stands for a value. A sentence
+// with ".one" behind its key replaces that of the key where {n} is 1.
 
 import catalogues from "catalogues";
 import type en from "./en.json";
@@ -15,12 +16,14 @@ export const CATALOGUES = catalogues as Record<Language, Catalogue> & { en: Cata
 
 export function speaker(language: Language): Say {
   const catalogue = CATALOGUES[language] ?? CATALOGUES.en;
-  return (key, values = {}) =>
+  return (key, values = {}) => {
+    const one = values.n === 1 ? catalogue[`${key}.one` as Key] : undefined;
     // A value may end with a full stop of its own: "11. Dez.".
-    catalogue[key].replace(/\{(\w+)\}(\.?)/g, (_, name: string, stop: string) => {
+    return (one ?? catalogue[key]).replace(/\{(\w+)\}(\.?)/g, (_, name: string, stop: string) => {
       const value = String(values[name] ?? "");
       return value.endsWith(".") ? value : value + stop;
     });
+  };
 }
 
 /** Of a word that another version may have made; as it is where the catalogue has none. */

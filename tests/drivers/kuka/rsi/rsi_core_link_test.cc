@@ -158,7 +158,7 @@ TEST(RsiLink, LateRepliesAreWarnedOf) {
   rig.to_krc = true;
   rig.run(50ms);
   EXPECT_EQ(rig.core.state().link, RobotLink::kReady);
-  EXPECT_TRUE(has(said(rig.core.state().words), "replies late")) << rig.core.state().words;
+  EXPECT_TRUE(has(said(rig.core.state().words), "of the replies late")) << rig.core.state().words;
 }
 
 TEST(RsiLink, SilenceEndsTheMoveAndNothingMovesAfterItUntilReferenced) {
