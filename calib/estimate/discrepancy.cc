@@ -446,11 +446,10 @@ UndetectedErrors undetected_errors(const Problem& problem, const Estimate& e,
   return errors;
 }
 
-void widen_by_shared_errors(const Problem& problem, double rms_m, Estimate& e) {
+SharedErrors shared_errors(const Problem& problem, const Estimate& e) {
   constexpr double kReachRad = 12.0 * kRadPerDeg;
   constexpr int kHighestOrder = 30;
   constexpr double kMostAbsorbed = 4.0;  ///< more would make the bounds of a few poses useless
-  if (!(rms_m > 0.0)) return;
   const MeanRows mean = mean_rows(problem, e.posterior.linear);
   const Eigen::Index rows = mean.linear.length_row;
   const Eigen::MatrixXd jacobian = mean.linear.jacobian.topRows(rows);
@@ -459,7 +458,7 @@ void widen_by_shared_errors(const Problem& problem, double rms_m, Estimate& e) {
   double wanted = 0.0, lever2 = 0.0, whole = 0.0, left = 0.0;
   for (const auto& [touch, row] : mean.linear.touch_row)
     wanted +=
-        problem.place_rows(touch) * mean.times[touch] * std::pow(rms_m / problem.sigma_m(touch), 2);
+        problem.place_rows(touch) * mean.times[touch] * std::pow(1.0 / problem.sigma_m(touch), 2);
   const std::vector<double> shares = function_shares(kReachRad, 1, kHighestOrder);
   Eigen::VectorXd sigma(2 * kHighestOrder);
   for (Eigen::Index k = 0; k < sigma.size(); ++k)
@@ -475,13 +474,13 @@ void widen_by_shared_errors(const Problem& problem, double rms_m, Estimate& e) {
     whole += waves.squaredNorm();
     left += (waves - product(jacobian, moved)).squaredNorm();
   }
-  if (!(lever2 > 0.0)) return;
+  if (!(lever2 > 0.0)) return {added};
   // The residuals lack what the fit absorbed: of smooth errors more than of independent ones.
   const double absorbed =
       (1.0 - by_rows.cwiseProduct(jacobian.transpose()).sum() / static_cast<double>(rows)) * whole /
       std::max(left, 1e-9 * whole);
-  e.posterior.covariance_u +=
-      std::clamp(std::sqrt(std::max(0.0, absorbed)), 1.0, kMostAbsorbed) * wanted / lever2 * added;
+  return {wanted / lever2 * added,
+          std::clamp(std::sqrt(std::max(0.0, absorbed)), 1.0, kMostAbsorbed)};
 }
 
 Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,

@@ -60,10 +60,13 @@ struct UndetectedErrors {
 UndetectedErrors undetected_errors(const Problem& problem, const Estimate& e,
                                    const Repeats& repeats);
 
-/// (33a): adds to the covariance of `e` that of errors of this rms (m) which touches share where they share a joint's angle.
-/// Errors that remain undetected may be such: as independent ones they would average out in the geometry, and with it at
-/// joint angles that no touch had.
-void widen_by_shared_errors(const Problem& problem, double rms_m, Estimate& e);
+/// (33a): errors which touches share where they share a joint's angle. Errors that remain undetected may be such: as
+/// independent ones they would average out in the geometry, and with it at joint angles that no touch had.
+struct SharedErrors {
+  Eigen::MatrixXd covariance_u;  ///< of the estimate, for an rms of 1 m
+  double absorbed = 1.0;         ///< factor of the variance for what the fit absorbed of them
+};
+SharedErrors shared_errors(const Problem& problem, const Estimate& e);
 
 /// Estimates the sizes of field and noise by restricted maximum likelihood (all unknowns integrated
 /// out over their priors), then repeats the estimate `e` with correlated touch errors. `e` has been

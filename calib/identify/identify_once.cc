@@ -524,11 +524,17 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
     calibration.discrepancy.sigma_m = errors.field_m;
     shared_m = errors.shared_m;
   }
+  Eigen::MatrixXd as_found = e.posterior.covariance_u;
   if (!calibration.region.empty() && !options.level && options.functions &&
-      !has_functions(problem.arm().robot()))
-    widen_by_shared_errors(problem, shared_m, e);
+      !has_functions(problem.arm().robot())) {
+    const SharedErrors shared = shared_errors(problem, e);
+    as_found += std::pow(calibration.discrepancy.sigma_m, 2) * shared.covariance_u;
+    e.posterior.covariance_u += shared.absorbed * shared_m * shared_m * shared.covariance_u;
+  }
   calibration.touched_loads = touched_loads(cell, touches);
   fill_accuracy(problem, e, options.region_poses, calibration);
+  // What moved or jumped is a part of what the fit may have absorbed, and is not sought against it.
+  e.posterior.covariance_u = as_found;
   // Not with a discrepancy, for which they were sought before: the model error resembles moves and
   // jumps, and properties that a specified level omits resemble jumps.
   fill_consistency(problem, e, !together, !together && !options.level, calibration);

@@ -82,7 +82,7 @@ TEST_F(FailureWords, NameTheTouchThatWasBeingMade) {
 TEST_F(FailureWords, OfTouchesChosenOneByOneSayThatTheCountIsForeseen) {
   event.words = "gone";
   state.one_by_one = true;
-  state.done = 7;
+  state.done = state.chosen_after = 7;
   state.progress.touches_left = 4;
   state.progress.checks_left = 2;
   EXPECT_EQ(in(kTransit), "touch 8 of about 13 (S1): gone");
