@@ -46,6 +46,24 @@ function(cellcal_require_direction module of)
   endif()
 endfunction()
 
+# cellcal_text(TARGET FILE NAMESPACE CONSTANT): makes a file's text part of the target, as a std::string_view, so that an
+# installed program needs no other file.
+function(cellcal_text target file namespace constant)
+  file(READ ${CMAKE_CURRENT_SOURCE_DIR}/${file} text)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+  file(CONFIGURE OUTPUT ${constant}.cc @ONLY CONTENT [=[
+#include <string_view>
+
+namespace @namespace@ {
+
+extern const std::string_view @constant@;
+const std::string_view @constant@ = R"~text~(@text@)~text~";
+
+}  // namespace @namespace@
+]=])
+  cellcal_sources(${target} ${CMAKE_CURRENT_BINARY_DIR}/${constant}.cc)
+endfunction()
+
 # cellcal_uses(folders...): files of this folder may include, of the project, the folder itself and the named ones, by their
 # path from the root (calib/model).
 function(cellcal_uses)

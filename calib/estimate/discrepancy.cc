@@ -432,13 +432,14 @@ UndetectedErrors undetected_errors(const Problem& problem, const Estimate& e,
   }
   for (const auto& [touch, row] : e.posterior.linear.touch_row)
     for (int k = 0; k < problem.place_rows(touch); ++k) freedom -= e.posterior.leverage[row + k];
+  UndetectedErrors errors;
+  if (count == 0.0) return errors;
   freedom = std::max(freedom, 1.0);
-  noise /= std::max(1.0, count);
-  ripple /= std::max(1.0, count);
+  noise /= count;
+  ripple /= count;
   const double rest = scatter / freedom - ripple - noise;  // (33)
   // A remainder below this share of the noise variance may be chance.
   constexpr double kChance = 0.5;
-  UndetectedErrors errors;
   if (rest > kChance * noise) errors.field_m = std::sqrt(rest);
   // Reflectors read in one posture share its error.
   const double by_chance = 2.0 * std::sqrt(2.0 * count / (freedom * postures)) * noise;

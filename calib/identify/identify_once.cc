@@ -533,7 +533,7 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
   }
   calibration.touched_loads = touched_loads(cell, touches);
   fill_accuracy(problem, e, options.region_poses, calibration);
-  // What moved or jumped is a part of what the fit may have absorbed, and is not sought against it.
+  // Errors that the fit absorbed may be a move or a jump, which is therefore sought against those found.
   e.posterior.covariance_u = as_found;
   // Not with a discrepancy, for which they were sought before: the model error resembles moves and
   // jumps, and properties that a specified level omits resemble jumps.

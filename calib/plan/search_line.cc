@@ -290,9 +290,8 @@ void Sought::touched(const Vector3d& from, const Vector3d& tip, const Target& st
                   advice_after_touches(arm_sigma_m)));
 }
 
-/// Further touches that no other direction allows add little: then any centre that touches of the calibration would not miss.
 double Sought::enough_m() const {
-  constexpr double kDeepM = 0.004;  ///< three of these within the depth of a search
+  constexpr double kDeepM = 0.004;  ///< a search reaches three of these beyond the surface
   const double found_m = found_sigma_m(particles.arm_sigma_m());
   if (tips.size() < kMostHits) return found_m;
   return std::max(found_m, std::min(kDeepM, most_centre_sigma_m(radius_m)));

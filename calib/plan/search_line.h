@@ -132,7 +132,8 @@ struct Sought {
   /// The tip moved from `from` and met it at `tip`. Throws PlanError where so many touches have to be
   /// enough, and are not; `stated` for its words.
   void touched(const Eigen::Vector3d& from, const Eigen::Vector3d& tip, const Target& stated);
-  /// Largest sigma of a found centre.
+  /// Largest sigma of a found centre. Of many touches, after which further ones add little, that with which the searches of
+  /// a calibration still meet the sphere.
   double enough_m() const;
   /// Its ball under the current knowledge. Before the first contact it contains the whole initial
   /// region, including excluded places; afterwards it shrinks, barely exceeding the previous one,

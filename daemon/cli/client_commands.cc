@@ -36,7 +36,7 @@ void add_run(CLI::App& app, int& status) {
   command->footer(
       "Ctrl-C detaches and the session continues; before anything has moved it ends the "
       "session.\n'cellcal abort' stops the arm.\nExample: cellcal run --cell cell.toml "
-      "--touches 50 --check 10\n         cellcal run --cell cell.toml --goal 0.15\n         "
+      "--touches 100 --check 10\n         cellcal run --cell cell.toml --goal 0.15\n         "
       "cellcal run --cell cell.toml --update\n         cellcal run --resume");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);

@@ -97,10 +97,10 @@ void add_plan(CLI::App& app, int& status) {
       "The file has the joint angles at the nominal contacts, in the format of touches. The "
       "largest\naxis travel is printed: over RSI, [rsi] correction_limit_deg must be more. A "
       "cell file that\ncontradicts itself is refused.\nExample: cellcal plan --cell cell.toml "
-      "--touches 50 --check 10 -o plan.csv --picture plan.svg\n"
-      "         cellcal plan --cell cell.toml --touches 50 --program weld.src --config '$config.dat'\n"
+      "--touches 100 --check 10 -o plan.csv --picture plan.svg\n"
+      "         cellcal plan --cell cell.toml --touches 100 --program weld.src --config '$config.dat'\n"
       "         cellcal plan --cell cell.toml --goal 0.15\n"
-      "         cellcal plan --cell cell.toml --touches 50 --suggest-spheres");
+      "         cellcal plan --cell cell.toml --touches 100 --suggest-spheres");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   auto* touches = command
                       ->add_option("--touches", given->touches,

@@ -1,9 +1,11 @@
+#include <string_view>
+
 #include "daemon/fleet/connection.h"
 
 namespace cellcal::daemon::fleet {
 
 /// schema.sql, compiled in by the build.
-extern const char* const kSchema;
+extern const std::string_view kSchema;
 
 namespace {
 
@@ -25,7 +27,7 @@ void make_tables(pqxx::connection& connection) {
                          std::to_string(kVersion) +
                          ". Install the cellcal-fleet that made them, or name an empty database");
     if (at == kVersion) return;
-    work.exec(kSchema);
+    work.exec(std::string(kSchema));
     work.exec_params0("INSERT INTO versions (version) VALUES ($1)", kVersion);
     work.commit();
   });

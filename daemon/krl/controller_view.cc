@@ -187,11 +187,10 @@ std::optional<calib::Phrase> heavier_than_touched(const calib::Calibration& c, d
   });
   const bool any = sprung != c.cell.robot.joints.end();
   if (mass_kg <= (any ? kMore : kMuchMore) * touched_kg) return std::nullopt;
-  calib::Phrase phrase("say.cli.load.heavier", {{"load", mass_kg}, {"touched", touched_kg}});
-  if (any)
-    phrase = {"say.cli.load.heavier.spring",
-              {{"load", mass_kg}, {"touched", touched_kg}, {"joint", sprung->name}}};
-  return phrase;
+  if (!any)
+    return calib::Phrase("say.cli.load.heavier", {{"load", mass_kg}, {"touched", touched_kg}});
+  return calib::Phrase("say.cli.load.heavier.spring",
+                       {{"load", mass_kg}, {"touched", touched_kg}, {"joint", sprung->name}});
 }
 
 double ControllerViews::borne_kg(const Frames& frames) const {

@@ -106,7 +106,7 @@ TEST(TheCellsTool, BearsLoadDataOfItsNumberWhereThatIsAnother) {
     EXPECT_NE(words.find(part), std::string::npos) << words;
 }
 
-/// Of arms whose gear of rising stiffness has a counterbalance beside it the bound holds for loads that were touched.
+/// With a counterbalance and a gear of rising stiffness on one joint, the bound holds up to the touched load.
 TEST(ALoad, BeyondThoseOfTheTouchesIsNamedWithTheSpringOfItsArm) {
   calib::Calibration c = calibration();
   const auto words = [&](double mass_kg) {
