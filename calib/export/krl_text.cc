@@ -30,8 +30,13 @@ class Scanner {
   }
 
  private:
+  /// Also the no-break space of text from a web page or a document, in Latin-1 and UTF-8.
   bool skip_blanks() {
-    while (at_ < line_.size() && blank(line_[at_])) ++at_;
+    while (at_ < line_.size()) {
+      if (line_.substr(at_).starts_with("\xC2\xA0")) ++at_;
+      if (!blank(line_[at_]) && line_[at_] != '\xA0') break;
+      ++at_;
+    }
     return at_ < line_.size() && line_[at_] != ';';
   }
 

@@ -36,11 +36,17 @@ bool defines(const KrlFile& file) {
   return false;
 }
 
-/// Options keep data of their own, binary or of long lines, in files named .dat; other tools UTF-16 and binary data
-/// (macOS "._NAME") in files named .src.
+bool is_configuration(const std::string& name) {
+  return name == "$config.dat" || name == "$machine.dat";
+}
+
+/// Options keep data of their own, binary, of long lines or large, in files named .dat; other tools UTF-16 and binary
+/// data (macOS "._NAME") in files named .src.
 bool is_no_krl(const KrlFile& file) {
   const std::string name = calib::krl::lower_name(file.name);
-  if (name == "$config.dat" || name == "$machine.dat" || defines(file)) return false;
+  if (is_configuration(name)) return false;
+  if (file.text.size() > calib::krl::kMostBytes) return true;
+  if (defines(file)) return false;
   if (file.text.find('\0') != std::string::npos) return true;
   if (name.starts_with('$')) return false;
   try {
@@ -62,8 +68,14 @@ Backup read_folder(const fs::path& folder) {
   std::size_t bytes = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (!takes(backup, entry.path().string()) || !entry.is_regular_file()) continue;
-    backup.files.push_back({fs::relative(entry.path(), folder).string(),
-                            calib::read_file(entry.path(), calib::krl::kMostBytes + 1)});
+    std::string name = fs::relative(entry.path(), folder).string();
+    if (entry.file_size() > calib::krl::kMostBytes &&
+        !is_configuration(calib::krl::lower_name(name))) {
+      backup.others.push_back(std::move(name));
+      continue;
+    }
+    backup.files.push_back(
+        {std::move(name), calib::read_file(entry.path(), calib::krl::kMostBytes)});
     bytes += backup.files.back().text.size();
     if (backup.files.size() > kMostBackupFiles || bytes > kMostBackupBytes)
       throw calib::FileError(folder.string(), ": more than 10000 KRL files, or 256 MB of them");

@@ -285,6 +285,16 @@ std::vector<std::pair<std::size_t, std::string>> Routines::moving_callees(std::s
   return all;
 }
 
+std::set<std::string> Routines::ungiven_callees(std::size_t module) const {
+  std::set<std::string> all;
+  for (const std::size_t one : reached(module))
+    for (const std::string& call : bodies_[one].calls)
+      if (bodies_of(bodies_[one].module, call) == nullptr &&
+          of_name(bodies_[one].module, call).moves)
+        all.insert(call);
+  return all;
+}
+
 const std::vector<std::size_t>* Routines::bodies_of(std::size_t module,
                                                     const std::string& name) const {
   for (const std::size_t place : {module, kEverywhere})

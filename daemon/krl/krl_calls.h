@@ -77,6 +77,8 @@ class Routines {
   /// the homes of `known`, the data that all modules see.
   std::vector<std::pair<std::size_t, std::string>> moving_callees(std::size_t module,
                                                                   const Data& known) const;
+  /// Routines without a given body that its routines call, directly or not, and that may move.
+  std::set<std::string> ungiven_callees(std::size_t module) const;
 
  private:
   struct Body {

@@ -67,6 +67,8 @@ class Reader {
     for (const auto& [name, at] : state.frame_data_used())
       if (const auto found = mentioned_.find(name); found != mentioned_.end())
         refuse(Why::kNoSuchFrameData, found->second, name);
+    for (auto& [name, refusal] : handed_)
+      if (targets_.count(name) == 0) own().refusals.push_back(std::move(refusal));
     for (const auto& [name, line] : mentioned_)
       program_.computed.emplace(
           key_of(name), Refusal{of_place(Why::kComputed, line, name), src_.name, line, name});
@@ -401,8 +403,22 @@ class Reader {
     return false;
   }
 
+  /// GO(XP2): a routine that may move gets a point that no motion of the program goes to.
+  void note_handed(const Line& line, const std::string& name) {
+    const bool has_point = find_point(data_, name) || find_point(controller_, name) ||
+                           data_.declared.count(name) > 0 ||
+                           data_.arrays.count(name) + controller_.arrays.count(name) > 0;
+    if (!has_point || leave_.count(name) > 0 || data_.named_frames.count(name) > 0 ||
+        stays(name, data_.points.count(name) > 0, data_.globals.count(name) > 0))
+      return;
+    Refusal refusal{Why::kHandedOver, src_.name, line.number, name};
+    refusal.lost = {calls_.of(line).call, line.number};
+    handed_.emplace(name, std::move(refusal));
+  }
+
   void mention(const Line& line, std::size_t from) {
     const auto& t = line.tokens;
+    const bool to_a_mover = calls_.of(line).moves;
     for (std::size_t i = from; i < t.size(); ++i) {
       if (t[i].kind != Kind::kWord) continue;
       // STOOL2(FP1), FP1.TOOL_NO: of a FDAT, which is not changed.
@@ -412,7 +428,9 @@ class Reader {
                                   : i >= 2 && sign_at(t, i - 1, '(') && t[i - 2].is("STOOL2");
       const bool home =
           i == 2 && t[0].is(kHome) && sign_at(t, 1, '=') && stays(t[i].word, false, false);
-      if (!read_only && !home) mentioned_.emplace(t[i].word, line.number);
+      if (read_only || home) continue;
+      mentioned_.emplace(t[i].word, line.number);
+      if (to_a_mover) note_handed(line, t[i].word);
     }
   }
 
@@ -429,11 +447,12 @@ class Reader {
   Program& program_;
   FlowReader flow_;
   std::map<std::string, int> mentioned_;
-  std::set<std::string> targets_;  ///< names of motion targets so far
-  int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
-  int routines_ = 0;               ///< begun so far
-  bool started_ = false;           ///< the first one may have moved, or jumps
-  bool shared_ = false;            ///< a further one is GLOBAL
+  std::map<std::string, Refusal> handed_;  ///< by the name of the point
+  std::set<std::string> targets_;          ///< names of motion targets so far
+  int depth_ = 0;                          ///< blocks of IF, LOOP and the like around the line
+  int routines_ = 0;                       ///< begun so far
+  bool started_ = false;                   ///< the first one may have moved, or jumps
+  bool shared_ = false;                    ///< a further one is GLOBAL
 };
 
 /// The program and its neighbouring modules.
@@ -530,7 +549,14 @@ std::vector<calib::Phrase> uncorrected_callees(const BackupFiles& files,
   Data known;
   for (const KrlFile& file : files.controller) read_data(file, known);
   const std::vector<const KrlFile*> sources = sources_of(files.modules.front());
-  return callees_of(sources, Routines(sources, {still.begin(), still.end()}, known), known);
+  const Routines routines(sources, {still.begin(), still.end()}, known);
+  std::vector<calib::Phrase> all = callees_of(sources, routines, known);
+  std::string names;
+  for (const std::string& name : routines.ungiven_callees(0))
+    names += (names.empty() ? "" : ", ") + name;
+  if (!names.empty())
+    all.push_back({"say.krl.warning.not_given", {{"names", calib::shown(names, 200)}}});
+  return all;
 }
 
 Program read_programs(const BackupFiles& files, const std::vector<std::string>& leave,

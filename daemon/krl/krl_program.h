@@ -157,7 +157,7 @@ struct BackupFiles {
   std::vector<KrlFile> controller;    ///< $config.dat, $machine.dat
 };
 /// Warnings of the routines in `modules` of the first program that it calls, directly or not, and that move to points:
-/// these stay uncorrected.
+/// these stay uncorrected; and of those that no given file has.
 std::vector<calib::Phrase> uncorrected_callees(const BackupFiles& files,
                                                const std::vector<std::string>& still);
 

@@ -16,6 +16,7 @@ struct Program;
 
 enum class Why {
   kComputed,           ///< the program also reads or changes the point
+  kHandedOver,         ///< a routine that may move gets the point; `lost` names it
   kArray,              ///< an element of an array
   kGeometricOperator,  ///< ':' after the point
   kRelativeMotion,     ///< LIN_REL and the like

@@ -169,18 +169,24 @@ TEST_F(CorrectBackup, LeavesSourcesThatAreNoKrlAndNamesThem) {
   put("bk/KRC/R1/Program/wide.src", "\xff\xfe" + wide);
   put("bk/KRC/R1/Program/._a.src", std::string("\x00\x05\x16\x07\x00", 5));
   put("bk/KRC/R1/Program/all.sub", std::string(1, '\0') + "ABCDEFGHabcdefgh");
+  const std::string large = "DEFDAT large\n;" + std::string(17u << 20, 'x') + "\nENDDAT\n";
+  put("bk/KRC/R1/Program/large.dat", large);
   put("bk/KRC/R1/Program/long.src", "DEF LONG()\n;" + std::string(20000, 'x') + "\nEND\n");
   for (const auto& way : {std::vector<std::string>{}, kRunTimeWay}) {
     const Outcome outcome = backup(way);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("1 of 1 modules"), std::string::npos) << outcome.out;
-    for (const char* name : {"wide.src", "._a.src", "all.sub"})
+    for (const char* name : {"wide.src", "._a.src", "all.sub", "large.dat"})
       EXPECT_NE(outcome.out.find(std::string("left as it is: KRC/R1/Program/") + name +
                                  " (no readable KRL)"),
                 std::string::npos)
           << outcome.out;
     EXPECT_EQ(outcome.out.find("long.src"), std::string::npos) << outcome.out;
   }
+  put("bk/KRC/R1/System/$config.dat", large);
+  EXPECT_NE(backup().err.find("$config.dat"), std::string::npos) << backup().err;
+  EXPECT_NE(backup().status, 0);
+  put("bk/KRC/R1/System/$config.dat", kTool);
   put("bk/KRC/R1/Program/damaged.src", std::string("DEF D()\n\0END\n", 13));
   EXPECT_NE(backup().err.find("damaged.src: byte 8 is NUL"), std::string::npos) << backup().err;
 }

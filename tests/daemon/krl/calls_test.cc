@@ -120,13 +120,64 @@ TEST(ARoutineElsewhereThatMoves, IsNamedAsNotCorrected) {
             std::string::npos)
       << named;
   EXPECT_EQ(warned("through()\n", {place, home, through}), named) << "through another";
-  EXPECT_EQ(warned("IF f(place()) THEN\nENDIF\nplace()\n", {place}), named) << "once";
+  EXPECT_EQ(warned("IF ABS(place())>1 THEN\nENDIF\nplace()\n", {place}), named) << "once";
   EXPECT_EQ(warned("home()\n", {place, home}), "") << "a home stays";
   EXPECT_NE(warned("away()\n", {{"away.src", "DEF away()\nPTP XHOME7\nEND\n"}}), "") << "its own";
   EXPECT_EQ(warned("", {place}), "") << "not called";
   EXPECT_EQ(warned("PLACE()\n", {place}, {"PLACE"}), "") << "stated not to move";
   EXPECT_EQ(warned("own()\nEND\nDEF own()\nPTP XP1\n", {place}), "") << "corrected with it";
   EXPECT_EQ(warned("IR_STOPM()\n", {{"ir_stopm.src", "DEF ir_stopm()\nPTP XP1\nEND\n"}}), "");
+}
+
+TEST(ARoutineThatNoFileHas, IsNamedAtRunTime) {
+  const auto warned = [](const std::string& body, const std::vector<std::string>& still = {}) {
+    const krl::BackupFiles f{{{{"p.src", "DEF p()\n" + body + "END\n"}, {}, {}, {}}}, {}, {}};
+    std::string all;
+    for (const calib::Phrase& one : uncorrected_callees(f, still)) all += calib::words(one) + "\n";
+    return all;
+  };
+  EXPECT_NE(warned("go(XP2)\nown()\ngo(XP3)\nEND\nDEF own()\nfetch()\n")
+                .find("no given file has: FETCH, GO."),
+            std::string::npos);
+  EXPECT_EQ(warned("go(XP2)\n", {"GO"}), "") << "stated not to move";
+  EXPECT_EQ(warned("MsgNotify(\"a\")\nown()\nEND\nDEF own()\nPTP XP1\n"), "");
+}
+
+/// XP2 of a program that calls `body` with it, or an unknown routine.
+krl::CorrectedProgram correct_handing_over(const std::string& line, const std::string& body = {},
+                                           const krl::CorrectionOptions& options = {}) {
+  const auto points = postures(2);
+  krl::ProgramFiles f;
+  f.src = {"p.src", "DEF P()\n" + line + "\n" + kFramesSet + "END\n" + body};
+  f.dat = krl::KrlFile{"p.dat", "DECL E6POS XP1=" + pose_text(points[0]) + "\nDECL E6POS XP2=" +
+                                    pose_text(points[1]) + "\nDECL E6POS XP[2]\n"};
+  f.controller = {{"$config.dat",
+                   "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
+                   "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 10.0,A6 0.0}\n"}};
+  return correct_program(calibration(), f, options);
+}
+
+TEST(APointHandedToARoutine, IsRefusedWhereItMayMoveThere) {
+  for (const char* line : {"GO(XP2)", "GO(XP2,5)", "IF GO(XP2) THEN\nENDIF", "GO(XP[1])"}) {
+    const auto result = correct_handing_over(line);
+    ASSERT_EQ(result.refusals.size(), 1U) << line << all_words(result);
+    EXPECT_EQ(result.refusals[0].why, Why::kHandedOver) << line;
+    EXPECT_EQ(result.refusals[0].line, 2);
+    EXPECT_NE(all_words(result).find("handed to GO, which may move to it"), std::string::npos);
+  }
+}
+
+TEST(APointHandedToARoutine, StaysWhereNothingMovesThere) {
+  EXPECT_EQ(all_words(correct_handing_over("GO(XP2)", "DEF GO(P:IN)\nE6POS P\nWAIT SEC 1\nEND\n")),
+            "");
+  EXPECT_EQ(all_words(correct_handing_over("GO(XP2)", {}, {.leave = {"XP2"}})), "");
+  EXPECT_EQ(all_words(correct_handing_over("GO(XP2)", {}, {.still = {"GO"}})), "");
+  EXPECT_EQ(all_words(correct_handing_over("GO(XHOME)")), "") << "a home stays";
+  EXPECT_EQ(all_words(correct_handing_over("GO($POS_ACT)")), "");
+  EXPECT_EQ(all_words(correct_handing_over("GO(N)")), "") << "no point";
+  const auto moved = correct_handing_over("GO(XP1)");
+  ASSERT_EQ(moved.refusals.size(), 1U);
+  EXPECT_EQ(moved.refusals[0].why, Why::kComputed) << "a motion goes to it, too";
 }
 
 TEST(ModulesThatAreNoText, HaveNoRoutines) {

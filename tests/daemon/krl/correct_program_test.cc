@@ -184,6 +184,18 @@ TEST(AStatement, BehindAFormFeedOrAnotherControlCharacterIsRead) {
   EXPECT_EQ(result.points.size(), 2U);
 }
 
+TEST(AStatement, BehindANoBreakSpaceIsRead) {
+  const std::string point = pose_text({-0.2, -1.4, 1.5, 0.3, 0.8, 0.1});
+  for (const std::string space : {"\xA0", "\xC2\xA0"}) {
+    const auto result = correct_program(
+        calibration(), plain(space + "BAS(#TOOL,1)\n" + space + " " + space + "\nBAS(#BASE,0)" +
+                                 space + "\n" + space + "PTP" + space + point + "\nLIN P1\n",
+                             "E6POS" + space + "P1=" + point + "\n" + space));
+    EXPECT_EQ(all_words(result), "");
+    EXPECT_EQ(result.points.size(), 2U);
+  }
+}
+
 TEST(StatusAndTurnInBinary, AreReadWithABlankBehindTheB) {
   const calib::JointVector q = {-0.2, -1.4, 1.5, 0.3, 0.8, 0.1};
   const StatusAndTurn st = status_and_turn(cell().robot, q);

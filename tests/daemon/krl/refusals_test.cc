@@ -209,7 +209,7 @@ TEST(ARefusal, HasTheNameOfItsEnumeratorInFiles) {
   for (const Why why : all_values<Why>()) all += std::string(all.empty() ? "" : " ") + name_of(why);
   EXPECT_EQ(
       all,
-      "computed array geometric_operator relative_motion partial not_a_number unknown_point "
+      "computed handed_over array geometric_operator relative_motion partial not_a_number unknown_point "
       "declared_twice global imported elsewhere shared tool_not_known base_not_known "
       "no_such_tool no_such_base load_not_known no_such_load frame_changed "
       "no_such_frame_data two_frames external_tool external_axes external_base "
