@@ -188,27 +188,12 @@ Answer touches_csv(Api& api, const Call& call) {
 }
 
 /// A result as the journal has it; throws NotFound where the session is of another kind or has none.
-Response document(Api& api, const Call& call, std::string SessionRecord::*text, SessionKind kind) {
+template <std::string SessionRecord::*kText, SessionKind kKind>
+Answer document(Api& api, const Call& call) {
   const SessionRecord record = find_session(api, call);
   const auto options = options_in(record.inputs);
-  if ((record.*text).empty() || !options || options->kind != kind) throw no_result(record.id);
-  return {200, "application/json", record.*text};
-}
-
-Answer calibration(Api& api, const Call& call) {
-  return document(api, call, &SessionRecord::calibration, SessionKind::kCalibrate);
-}
-
-Answer qualification(Api& api, const Call& call) {
-  return document(api, call, &SessionRecord::document, SessionKind::kQualify);
-}
-
-Answer found(Api& api, const Call& call) {
-  return document(api, call, &SessionRecord::document, SessionKind::kFind);
-}
-
-Answer check(Api& api, const Call& call) {
-  return document(api, call, &SessionRecord::document, SessionKind::kCheck);
+  if ((record.*kText).empty() || !options || options->kind != kKind) throw no_result(record.id);
+  return Response{200, "application/json", record.*kText};
 }
 
 /// The session's file; where its folder was lost, the same made from the journal.
@@ -405,10 +390,14 @@ std::span<const Api::Route> session_routes() {
       {"GET", "/v1/sessions/{id}/touches", Role::kView, kSlow, session_touches},
       {"GET", "/v1/sessions/{id}/events", Role::kView, kSlow, session_events},
       {"GET", "/v1/sessions/{id}/touches.csv", Role::kView, kSlow, touches_csv},
-      {"GET", "/v1/sessions/{id}/calibration.json", Role::kView, kSlow, calibration},
-      {"GET", "/v1/sessions/{id}/qualification.json", Role::kView, kSlow, qualification},
-      {"GET", "/v1/sessions/{id}/found.json", Role::kView, kSlow, found},
-      {"GET", "/v1/sessions/{id}/check.json", Role::kView, kSlow, check},
+      {"GET", "/v1/sessions/{id}/calibration.json", Role::kView, kSlow,
+       document<&SessionRecord::calibration, SessionKind::kCalibrate>},
+      {"GET", "/v1/sessions/{id}/qualification.json", Role::kView, kSlow,
+       document<&SessionRecord::document, SessionKind::kQualify>},
+      {"GET", "/v1/sessions/{id}/found.json", Role::kView, kSlow,
+       document<&SessionRecord::document, SessionKind::kFind>},
+      {"GET", "/v1/sessions/{id}/check.json", Role::kView, kSlow,
+       document<&SessionRecord::document, SessionKind::kCheck>},
       {"GET", "/v1/sessions/{id}/report.html", Role::kView, kSlow, report_html},
       {"GET", "/v1/sessions/{id}/plots", Role::kView, kSlow, plots},
       {"POST", "/v1/retain", Role::kAdminister, kSlow, retain},

@@ -92,21 +92,18 @@ void read_listen(const TomlTable& table, Listen& listen) {
       table.has("socket") ? read_path(table, "socket") : std::filesystem::path(kDefaultSocket);
   if (!table.has("listen")) return table.refuse_unknown();
   const std::string text = table.string("listen");
-  const std::size_t colon = text.rfind(':');
-  const std::string port = colon == std::string::npos ? "" : text.substr(colon + 1);
-  std::string host = text.substr(0, std::min(colon, text.size()));
+  const std::size_t colon = std::min(text.rfind(':'), text.size());
+  const auto port = colon < text.size() ? port_of(text.substr(colon + 1)) : std::nullopt;
+  std::string host = text.substr(0, colon);
   if (host == "[::1]") host = "::1";
-  const bool digits = !port.empty() && port.size() <= 5 &&
-                      port.find_first_not_of("0123456789") == std::string::npos;
-  const int value = digits ? std::stoi(port) : 0;
-  if ((host != "127.0.0.1" && host != "::1") || value < 1 || value > 65535)
+  if ((host != "127.0.0.1" && host != "::1") || !port)
     table.fail(
         "listen",
         "must be \"127.0.0.1:PORT\" or \"[::1]:PORT\". For others a proxy with TLS and a login "
         "belongs in front");
   listen.host_names = read_host_names(table);
   listen.address = host;
-  listen.port = static_cast<std::uint16_t>(value);
+  listen.port = *port;
   table.refuse_unknown();
 }
 

@@ -1,28 +1,20 @@
 #include "daemon/fleet/fleet_server.h"
 
 #include <algorithm>
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
 #include <charconv>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "daemon/api/http/server.h"
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {
 
-namespace asio = boost::asio;
-
 struct FleetServer::Impl {
   Impl(const Listen& listen, std::string database, const Counters& given)
-      : reading(std::move(database)), counters(given), local(context, listen.socket, parts()) {
+      : reading(std::move(database)), counters(given), local(listen.socket, parts()) {
     if (!listen.address.empty())
-      network.emplace(context, NetworkAddress{listen.address, listen.port},
-                      parts(listen.host_names));
-    thread = std::thread([this] { context.run(); });
+      network.emplace(NetworkAddress{listen.address, listen.port}, parts(listen.host_names));
   }
 
   /// `names`: host names of this computer in addition to its addresses.
@@ -47,25 +39,14 @@ struct FleetServer::Impl {
   std::mutex mutex;
   Reading reading;
   const Counters& counters;
-  asio::io_context context;
-  asio::executor_work_guard<asio::io_context::executor_type> work{context.get_executor()};
-  HttpServer local;
-  std::optional<HttpServer> network;
-  std::thread thread;
+  ServerThread local;
+  std::optional<ServerThread> network;
 };
 
 FleetServer::FleetServer(const Listen& listen, std::string database, const Counters& counters)
     : impl_(std::make_unique<Impl>(listen, std::move(database), counters)) {}
 
-FleetServer::~FleetServer() {
-  asio::post(impl_->context, [this] {
-    impl_->local.stop();
-    if (impl_->network) impl_->network->stop();
-    impl_->work.reset();
-    impl_->context.stop();
-  });
-  impl_->thread.join();
-}
+FleetServer::~FleetServer() = default;
 
 std::uint16_t FleetServer::port() const { return impl_->network ? impl_->network->port() : 0; }
 

@@ -1,8 +1,10 @@
 #include "daemon/fleet/judge.h"
 
 #include <algorithm>
+#include <regex>
 
 #include "calib/model/error.h"
+#include "calib/model/iso_time.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/fleet/connection.h"
 #include "daemon/plant/messages/fact.h"
@@ -18,14 +20,6 @@ constexpr std::size_t kMostCells = 20'000;
 
 using plant::Subject;
 using plant::Topic;
-
-bool is_digit(char c) { return '0' <= c && c <= '9'; }
-
-int number_at(std::string_view text, std::size_t from, std::size_t count) {
-  int value = 0;
-  for (const char c : text.substr(from, count)) value = 10 * value + (c - '0');
-  return value;
-}
 
 void require_time(const std::string& time) {
   if (!is_time(time))
@@ -122,20 +116,9 @@ bool Meters::allows(const plant::CellName& cell, std::size_t bytes, Time now) {
 }
 
 bool is_time(std::string_view text) {
-  constexpr std::string_view kForm = "dddd-dd-ddTdd:dd:dd";
-  if (text.size() <= kForm.size() || text.size() > kForm.size() + 11 || text.back() != 'Z')
-    return false;
-  for (std::size_t i = 0; i < kForm.size(); ++i)
-    if (kForm[i] == 'd' ? !is_digit(text[i]) : text[i] != kForm[i]) return false;
-  const std::string_view part = text.substr(kForm.size(), text.size() - kForm.size() - 1);
-  const bool fraction = part.empty() || (part.size() > 1 && part[0] == '.' &&
-                                         std::all_of(part.begin() + 1, part.end(), is_digit));
-  const std::chrono::year_month_day day{
-      std::chrono::year(number_at(text, 0, 4)),
-      std::chrono::month(static_cast<unsigned>(number_at(text, 5, 2))),
-      std::chrono::day(static_cast<unsigned>(number_at(text, 8, 2)))};
-  return fraction && day.ok() && number_at(text, 0, 4) >= 1970 && number_at(text, 11, 2) < 24 &&
-         number_at(text, 14, 2) < 60 && number_at(text, 17, 2) < 60;
+  static const std::regex kForm(R"(\d{4}-\d\d-\d\dT([01]\d|2[0-3]):[0-5]\d:[0-5]\d(\.\d{1,9})?Z)");
+  return std::regex_match(text.begin(), text.end(), kForm) &&
+         calib::seconds_of(text).value_or(-1.0) >= 0.0;
 }
 
 void judge(Message message, Meters& meters, Meters::Time now, Batch& batch) {

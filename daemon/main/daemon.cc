@@ -30,7 +30,6 @@
 #include "daemon/files/log.h"
 #include "daemon/files/log_context.h"
 #include "daemon/krl/frames.h"
-#include "daemon/main/network_server.h"
 #include "daemon/main/plant_line.h"
 #include "daemon/main/reload.h"
 #include "daemon/main/systemd_notifier.h"
@@ -168,6 +167,10 @@ void reload_at_hang_up(asio::signal_set& hang_ups, OnRequest& reload) {
     reload.ask();
     reload_at_hang_up(hang_ups, reload);
   });
+}
+
+NetworkAddress address_of(const HttpConfig& config) {
+  return {config.address, config.port, config.tls_certificate, config.tls_key};
 }
 
 AccessConfig access_config(const std::optional<HttpConfig>& http,
@@ -321,16 +324,27 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   if (config.http) api.cell_folders = config.http->cell_folders;
   api.plant_line = [&plant_line] { return plant_line.status(); };
   api.retention = [&unattended] { return unattended.retention(); };
-  HttpServer server(
-      context, config.socket,
-      {[&api](Request& request) { return api.admit_local(request); },
-       [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
-       Api::is_slow,
-       {.body = kMostLocalBody},
-       Api::largest_body});
+  const auto answer = [&api](const Request& request, bool give_up) {
+    return api.answer(request, give_up);
+  };
+  HttpServer server(context, config.socket,
+                    {[&api](Request& request) { return api.admit_local(request); },
+                     answer,
+                     Api::is_slow,
+                     {.body = kMostLocalBody},
+                     Api::largest_body});
   plant_line.open(plant_socket(config.socket));
-  std::optional<NetworkServer> network;
-  if (config.http) network.emplace(*config.http, api);
+  std::optional<ServerThread> network;
+  if (config.http) {
+    network.emplace(address_of(*config.http),
+                    ServerParts{[&api](Request& request) { return api.admit_network(request); },
+                                answer,
+                                Api::is_slow,
+                                {},
+                                Api::largest_body});
+    spdlog::info("listening on {} port {}, {}", config.http->address, config.http->port,
+                 config.http->tls() ? "TLS" : "without TLS");
+  }
   SystemdNotifier systemd;
   service.on_change([&] {
     server.poke();

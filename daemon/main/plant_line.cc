@@ -182,8 +182,15 @@ void PlantLine::reload() {
 
 void PlantLine::open(const std::filesystem::path& socket) try {
   std::filesystem::create_directories(socket.parent_path());
-  listener_ = std::make_unique<NetworkServer>(
-      socket, [this](const Request& request) { return desk_.answer(request); });
+  // It queries the journal and composes messages, at the lowest priority.
+  constexpr int kNice = 10;
+  listener_ = std::make_unique<ServerThread>(
+      socket,
+      ServerParts{[](Request&) { return std::nullopt; },
+                  [this](const Request& request, bool) { return desk_.answer(request); },
+                  {},
+                  {.body = plant::kMostDeskBody}},
+      kNice);
 } catch (const std::exception& failed) {
   spdlog::error("no line to a plant: {}", failed.what());
 }

@@ -9,9 +9,9 @@
 #include <mutex>
 #include <optional>
 
+#include "daemon/api/http/server.h"
 #include "daemon/archive/drift_watch.h"
 #include "daemon/journal/journal.h"
-#include "daemon/main/network_server.h"
 #include "daemon/main/reload.h"
 #include "daemon/plant/desk/desk.h"
 #include "daemon/plant/desk/journal_outbox.h"
@@ -82,7 +82,7 @@ class PlantLine {
   std::mutex reload_;
   std::shared_ptr<plant::JournalOutbox> outbox_;
   /// Declared last, destroyed first: it uses the other members.
-  std::unique_ptr<NetworkServer> listener_;
+  std::unique_ptr<ServerThread> listener_;
 };
 
 }  // namespace cellcal::daemon

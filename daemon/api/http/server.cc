@@ -1,5 +1,8 @@
 #include "daemon/api/http/server.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <map>
@@ -139,6 +142,25 @@ void HttpServer::stop() {
 }
 
 std::uint16_t HttpServer::port() const { return impl_->port(); }
+
+ServerThread::ServerThread(const std::filesystem::path& socket, ServerParts parts, int nice)
+    : server_(context_, socket, std::move(parts)), thread_([this, nice] {
+        if (nice > 0) ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), nice);
+        context_.run();
+      }) {}
+
+ServerThread::ServerThread(const NetworkAddress& address, ServerParts parts)
+    : server_(context_, address, std::move(parts)), thread_([this] { context_.run(); }) {}
+
+void ServerThread::stop() {
+  if (!thread_.joinable()) return;
+  asio::post(context_, [this] {
+    server_.stop();
+    work_.reset();
+    context_.stop();
+  });
+  thread_.join();
+}
 
 bool Clerk::post(const Request& request, std::function<void()> job) {
   const bool acts = request.method != "GET";

@@ -2,6 +2,7 @@
 // HTTP/1.1 server on a Unix-domain socket or on the network, there with or without TLS.
 
 #include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstddef>
@@ -13,13 +14,10 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "daemon/api/http/http.h"
 #include "daemon/runner/runner.h"
-
-namespace boost::asio {
-class io_context;
-}
 
 namespace cellcal::daemon {
 
@@ -89,6 +87,31 @@ class HttpServer {
 
  private:
   std::shared_ptr<Impl> impl_;
+};
+
+/// Server with a thread of its own: its load does not affect the thread that takes aborts from the Unix socket and
+/// signals and feeds the watchdog.
+class ServerThread {
+ public:
+  /// Throws SocketError. `nice`: of the thread.
+  ServerThread(const std::filesystem::path& socket, ServerParts parts, int nice = 0);
+  ServerThread(const NetworkAddress& address, ServerParts parts);
+  ~ServerThread() { stop(); }
+  ServerThread(const ServerThread&) = delete;
+  ServerThread& operator=(const ServerThread&) = delete;
+
+  /// As those of HttpServer; thread-safe.
+  void poke() { server_.poke(); }
+  std::uint16_t port() const { return server_.port(); }
+  /// Closes all connections and waits for the current request.
+  void stop();
+
+ private:
+  boost::asio::io_context context_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
+      context_.get_executor()};
+  HttpServer server_;
+  std::thread thread_;
 };
 
 // Thread for slow requests: one after the other, with bounded queues per caller.

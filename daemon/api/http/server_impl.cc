@@ -9,6 +9,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -116,9 +118,14 @@ class NetworkListener final : public HttpServer::Impl {
     ::setsockopt(peer.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kLongestUnheardMs,
                  sizeof kLongestUnheardMs);
     const std::string address = from.address().to_string();
-    if (tls_) renew_tls();
-    add(tls_ ? tls_connection(std::move(peer), address, weak_from_this(), *tls_)
-             : plain_connection(std::move(peer), address, weak_from_this()));
+    beast::tcp_stream stream(std::move(peer));
+    if (!tls_)
+      return add(std::make_shared<ConnectionOn<beast::tcp_stream>>(std::move(stream), address,
+                                                                   weak_from_this()));
+    renew_tls();
+    using TlsStream = beast::ssl_stream<beast::tcp_stream>;
+    add(std::make_shared<ConnectionOn<TlsStream>>(TlsStream(std::move(stream), *tls_), address,
+                                                  weak_from_this()));
   }
 
   /// A renewed certificate counts from the next connection on. Files that do not fit together, as while they are
@@ -155,20 +162,6 @@ void check_tls(const NetworkAddress& address) {
 std::shared_ptr<HttpServer::Impl> listen_on(asio::io_context& context,
                                             const NetworkAddress& address, ServerParts parts) {
   return std::make_shared<NetworkListener>(context, address, std::move(parts));
-}
-
-std::shared_ptr<Connection> plain_connection(asio::ip::tcp::socket socket, std::string peer,
-                                             std::weak_ptr<HttpServer::Impl> server) {
-  return std::make_shared<ConnectionOn<beast::tcp_stream>>(beast::tcp_stream(std::move(socket)),
-                                                           std::move(peer), std::move(server));
-}
-
-std::shared_ptr<Connection> tls_connection(asio::ip::tcp::socket socket, std::string peer,
-                                           std::weak_ptr<HttpServer::Impl> server,
-                                           asio::ssl::context& tls) {
-  using TlsStream = beast::ssl_stream<beast::tcp_stream>;
-  return std::make_shared<ConnectionOn<TlsStream>>(
-      TlsStream(beast::tcp_stream(std::move(socket)), tls), std::move(peer), std::move(server));
 }
 
 }  // namespace cellcal::daemon

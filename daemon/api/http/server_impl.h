@@ -3,8 +3,6 @@
 
 #include <atomic>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/ssl/context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <list>
@@ -90,13 +88,5 @@ std::shared_ptr<HttpServer::Impl> listen_on(boost::asio::io_context& context,
                                             const std::filesystem::path& socket, ServerParts parts);
 std::shared_ptr<HttpServer::Impl> listen_on(boost::asio::io_context& context,
                                             const NetworkAddress& address, ServerParts parts);
-
-// Connections over TCP; one file per type.
-
-std::shared_ptr<Connection> plain_connection(boost::asio::ip::tcp::socket socket, std::string peer,
-                                             std::weak_ptr<HttpServer::Impl> server);
-std::shared_ptr<Connection> tls_connection(boost::asio::ip::tcp::socket socket, std::string peer,
-                                           std::weak_ptr<HttpServer::Impl> server,
-                                           boost::asio::ssl::context& tls);
 
 }  // namespace cellcal::daemon
