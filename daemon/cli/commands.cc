@@ -2,17 +2,52 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
+#include <sstream>
+#include <string_view>
 
 #include "calib/files/calibration_json.h"
 #include "daemon/config/config.h"
 
 namespace cellcal::daemon {
 
+extern const std::string_view kHelp;  // help.txt
+
 namespace {
 
 std::string& given_language() {
   static std::string code;
   return code;
+}
+
+/// States the texts of help.txt, command by command: "[NAME] description"; "OPTION: description", which goes on in lines
+/// with a blank before them; after an empty line what stands below the options. Throws CLI::OptionNotFound.
+void state_help(CLI::App& app) {
+  CLI::App* command = &app;
+  CLI::Option* option = nullptr;
+  std::optional<std::string> below;  // the options, so far
+  std::istringstream lines{std::string(kHelp)};
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('[')) {
+      const std::size_t end = line.find("] ");
+      command = &app;
+      std::istringstream names(line.substr(1, end - 1));
+      for (std::string name; names >> name;) command = command->get_subcommand(name);
+      command->description(line.substr(end + 2));
+      below.reset();
+    } else if (line.empty()) {
+      below.emplace();
+    } else if (below) {
+      *below += (below->empty() ? "" : "\n") + line;
+      command->footer(*below);  // in place of its parent's, which it begins with
+    } else if (line.starts_with(' ')) {
+      option->description(option->get_description() + line.substr(1));
+    } else {
+      const std::size_t end = line.find(": ");
+      option = command->get_option(line.substr(0, end));
+      option->description(line.substr(end + 2));
+    }
+  }
 }
 
 }  // namespace
@@ -72,6 +107,7 @@ void describe_cellcal(CLI::App& app, int& status) {
   add_fleet_commands(app, status);
   add_offline_commands(app, status);
   add_priors_commands(app, status);
+  state_help(app);
 }
 
 }  // namespace cellcal::daemon

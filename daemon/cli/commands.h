@@ -39,7 +39,7 @@ void add_versions_commands(CLI::App& app, int& status);
 void add_proposal_commands(CLI::App& app, int& status);
 void add_priors_commands(CLI::App& app, int& status);
 
-/// Declares all commands of cellcal with their help; the selected one sets `status` and may throw.
+/// Declares all commands of cellcal with their help (help.txt); the selected one sets `status` and may throw.
 void describe_cellcal(CLI::App& app, int& status);
 
 /// Adds --socket and --json.
@@ -47,12 +47,11 @@ std::shared_ptr<Connection> add_connection(CLI::App* command);
 
 // Options of many commands.
 
-inline CLI::Option* add_output(CLI::App& command, std::filesystem::path& given,
-                               const std::string& words) {
-  return command.add_option("-o,--output,--out", given, words);
+inline CLI::Option* add_output(CLI::App& command, std::filesystem::path& given) {
+  return command.add_option("-o,--output,--out", given);
 }
-inline void add_json(CLI::App& command, bool& given, const std::string& words = "Print JSON") {
-  command.add_flag("--json", given, words);
+inline void add_json(CLI::App& command, bool& given) {
+  command.add_flag("--json", given, "Print JSON");
 }
 inline void add_withheld(CLI::App& command, bool& given) {
   command.add_flag("--withheld", given, "Accept a withheld calibration, for inspection only");
@@ -61,12 +60,10 @@ inline void add_withheld(CLI::App& command, bool& given) {
 /// Declares a command that `act` carries out with what its options fill; the caller adds them.
 template <class Given>
 std::pair<CLI::App*, std::shared_ptr<Given>> add_command(CLI::App& parent, int& status,
-                                                         const char* name, const char* words,
-                                                         const std::string& footer,
+                                                         const char* name,
                                                          int (*act)(const Given&)) {
-  CLI::App* const command = parent.add_subcommand(name, words);
+  CLI::App* const command = parent.add_subcommand(name);
   auto given = std::make_shared<Given>();
-  command->footer(footer);
   command->callback([given, act, &status] { status = act(*given); });
   return {command, given};
 }
@@ -82,19 +79,25 @@ struct RequestCommand {
 /// Likewise. `connect` adds its first options.
 template <class Given>
 RequestCommand<Given> add_request(
-    CLI::App& parent, int& status, const char* name, const char* words, const std::string& footer,
+    CLI::App& parent, int& status, const char* name,
     std::function<int(const Connection&, const Given&)> act,
     std::shared_ptr<Connection> (*connect)(CLI::App*) = add_connection) {
-  CLI::App* const command = parent.add_subcommand(name, words);
+  CLI::App* const command = parent.add_subcommand(name);
   auto given = std::make_shared<Given>();
-  command->footer(footer);
   auto daemon = connect(command);
   command->callback(
       [given, daemon, act = std::move(act), &status] { status = act(*daemon, *given); });
   return {command, given, daemon};
 }
 /// Request without options of its own.
-struct NoOptions {};
+inline void add_plain(CLI::App& parent, int& status, const char* name,
+                      int (*act)(const Connection&),
+                      std::shared_ptr<Connection> (*connect)(CLI::App*) = add_connection) {
+  struct NoOptions {};
+  add_request<NoOptions>(
+      parent, status, name,
+      [act](const Connection& daemon, const NoOptions&) { return act(daemon); }, connect);
+}
 
 /// Validator of session numbers.
 inline CLI::Validator session_number() {

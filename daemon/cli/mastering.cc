@@ -105,19 +105,9 @@ int mastering(const MasteringCommand& command) {
 }  // namespace
 
 void add_mastering(CLI::App& app, int& status) {
-  const auto [command, given] = add_command(
-      app, status, "mastering",
-      "Show at which angle each axis is to be mastered, and which no touch tells",
-      "The zeros of the axes by a calibration. An axis whose zero is off by more than its "
-      "uncertainty is jogged\nto the angle shown, or from its mark by the angle shown, and mastered there by "
-      "'dial' or 'reference'\nmastering, not at its mark.\n"
-      "Exit status 3: the calibration was withheld.\n"
-      "Example: cellcal mastering --calibration calibration.json --machine-data '$machine.dat'",
-      mastering);
-  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
-  command->add_option("--machine-data", given->machine_data,
-                      "The controller's $machine.dat, or its backup (folder, ZIP): the angles "
-                      "shown at the marks ($MAMES, where $INDIVIDUAL_MAMES is not #RDC)");
+  const auto [command, given] = add_command(app, status, "mastering", mastering);
+  command->add_option("--calibration", given->calibration)->required();
+  command->add_option("--machine-data", given->machine_data);
   add_withheld(*command, given->withheld);
   add_json(*command, given->json);
   add_language(*command);

@@ -501,47 +501,20 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
 
 void add_new_cell_command(CLI::App& app, int& status) {
   const auto [command, given] = add_command<NewCellCommand>(
-      app, status, "new-cell", "Write a commented cell file with every key",
-      "Asks for what the options leave out; with --robot, --tool and --spheres it asks nothing. "
-      "Ctrl-D or\nCtrl-C ends it and nothing is written. Spheres can be taught: jog the tip onto the "
-      "top of each and\nenter the axis angles that the pendant shows. With --machine-data the robot file is made of it, beside the\n"
-      "cell file; the tool is its only one or that of --tool N; other tools and the bases follow as comments.\nExit status 1: nothing "
-      "written, or no plan can be made of the file yet; the reason is printed.\nExample: cellcal new-cell -o "
-      "cell.toml\n         cellcal new-cell -o cell.toml --robot kr6_r900_2 --tool 0,0,250,0,0,0 "
-      "--spheres spheres.csv --certificate certificate.csv\n         cellcal new-cell -o cell.toml "
-      "--machine-data backup.zip --tool 3 --spheres spheres.csv",
+      app, status, "new-cell",
       [](const NewCellCommand& wanted) { return new_cell(wanted, std::cin, std::cerr); });
-  add_output(*command, given->output, "The file to write")->capture_default_str();
-  command->add_option("--robot", given->robot, "Shipped robot by name, or path of a robot file");
-  command->add_option("--tool", given->tool,
-                      "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg); with "
-                      "--machine-data also N, for TOOL_DATA[N] with LOAD_DATA[N]");
-  command->add_option(
-      "--machine-data", given->machine_data,
-      "The controller's backup (folder, ZIP), or its $machine.dat and $config.dat; may "
-      "be repeated");
-  command
-      ->add_option(
-          "--tool-sigma", given->tool_sigma_mm,
-          "1 sigma of X, Y and Z of it, in mm (0.5: measured with four points; 0: exact, the "
-          "TCP is not estimated)")
-      ->check(between(0.0, 1e3));
-  command->add_option("--mass", given->mass_kg, "Of all that is on the flange, in kg")
-      ->check(between(0.0, 1e4));
-  command->add_option("--tip-radius", given->tip_radius_mm, "Of the tip, in mm; 0: a point")
-      ->check(between(0.0, 1e3));
-  command->add_option(
-      "--floor", given->floor_mm,
-      "Height of floor or table top against gravity, from the robot's foot, in mm (of a hung arm "
-      "negative): nothing goes below it");
-  command->add_option("--spheres", given->spheres,
-                      "CSV: id,diameter_mm and, where known, diameter_sigma_mm,x_mm,y_mm,z_mm, "
-                      "centre_sigma_mm; or their Digital Calibration Certificate (XML)");
-  command->add_option("--certificate", given->certificate,
-                      "CSV of certified lengths: from,to,mm,sigma_mm; or their Digital Calibration "
-                      "Certificate (XML)");
-  command->add_flag("--force", given->force, "Replace an existing file");
-  add_json(*command, given->json, "Print the result as JSON");
+  add_output(*command, given->output)->capture_default_str();
+  command->add_option("--robot", given->robot);
+  command->add_option("--tool", given->tool);
+  command->add_option("--machine-data", given->machine_data);
+  command->add_option("--tool-sigma", given->tool_sigma_mm)->check(between(0.0, 1e3));
+  command->add_option("--mass", given->mass_kg)->check(between(0.0, 1e4));
+  command->add_option("--tip-radius", given->tip_radius_mm)->check(between(0.0, 1e3));
+  command->add_option("--floor", given->floor_mm);
+  command->add_option("--spheres", given->spheres);
+  command->add_option("--certificate", given->certificate);
+  command->add_flag("--force", given->force);
+  add_json(*command, given->json);
 }
 
 void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::path& cell_file,

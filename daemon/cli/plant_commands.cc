@@ -267,14 +267,13 @@ void add_compare(CLI::App* of, int& status) {
     std::string robot, joint;
   };
   const auto [command, given, connection] = add_request<Given>(
-      *of, status, "compare", "Compare one joint over all robots of a model",
-      "Compares the calibrations in use.\nExample: cellcal fleet compare --robot \"KR 5 R1400\" --joint A3",
+      *of, status, "compare",
       [](const Connection& fleet, const Given& asked) {
         return fleet_compare(fleet, asked.robot, asked.joint);
       },
       add_fleet);
-  command->add_option("--robot", given->robot, "Model, as the robot file names it")->required();
-  command->add_option("--joint", given->joint, "Joint, such as A3")->required();
+  command->add_option("--robot", given->robot)->required();
+  command->add_option("--joint", given->joint)->required();
 }
 
 void add_export(CLI::App* of, int& status) {
@@ -283,10 +282,7 @@ void add_export(CLI::App* of, int& status) {
     bool check = false, certificate = false;
   };
   const auto [command, given, connection] = add_request<Given>(
-      *of, status, "export", "Write a cell's calibration, check or certificate, byte for byte",
-      "The newest where no session is named; its SHA-256 is compared.\n"
-      "Example: cellcal fleet export graz/weld-3 -o calibration.json\n"
-      "         cellcal fleet export graz/weld-3 --session 7 --certificate -o certificate",
+      *of, status, "export",
       [](const Connection& fleet, const Given& asked) {
         FleetExport wanted = asked.command;
         wanted.what = asked.certificate ? Exported::kCertificate
@@ -295,37 +291,27 @@ void add_export(CLI::App* of, int& status) {
         return fleet_export(fleet, wanted);
       },
       add_fleet_socket);
-  command->add_option("CELL", given->command.cell, "PLANT/CELL")
-      ->required()
-      ->check([](const std::string& text) {
-        const bool sound = std::count(text.begin(), text.end(), '/') == 1 && text.front() != '/' &&
-                           text.back() != '/' && text.find_first_of(" ?#%") == std::string::npos;
-        return sound ? std::string()
-                     : "\"" + text + "\" must be PLANT/CELL, as listed by 'cellcal fleet status'";
-      });
-  command->add_option("--session", given->command.session, "Session")->check(session_number());
-  command->add_option("--journal", given->command.journal, "Journal, where the cell had several");
-  auto* check = command->add_flag("--check", given->check, "The check");
-  auto* output = add_output(*command, given->command.output,
-                            "File, or directory of a certificate [standard output]");
-  command->add_flag("--certificate", given->certificate, "The certificate's files")
-      ->excludes(check)
-      ->needs(output);
+  command->add_option("CELL", given->command.cell)->required()->check([](const std::string& text) {
+    const bool sound = std::count(text.begin(), text.end(), '/') == 1 && text.front() != '/' &&
+                       text.back() != '/' && text.find_first_of(" ?#%") == std::string::npos;
+    return sound ? std::string()
+                 : "\"" + text + "\" must be PLANT/CELL, as listed by 'cellcal fleet status'";
+  });
+  command->add_option("--session", given->command.session)->check(session_number());
+  command->add_option("--journal", given->command.journal);
+  auto* check = command->add_flag("--check", given->check);
+  auto* output = add_output(*command, given->command.output);
+  command->add_flag("--certificate", given->certificate)->excludes(check)->needs(output);
 }
 
 /// Options of the plant's broker and its login.
 void add_broker(CLI::App* command, ProposeCommand& wanted, bool& no_tls) {
-  command->add_option("--broker", wanted.broker, "The plant's MQTT broker")->required();
-  command->add_option("--port", wanted.port, "Its port [8883, without TLS 1883]")
-      ->check(between(1, 65535));
-  command->add_option("--ca", wanted.ca, "CA certificate of the broker (PEM) [the system's]")
-      ->check(CLI::ExistingFile);
-  command->add_option("--user", wanted.user, "User with the right to propose")
-      ->capture_default_str();
-  command
-      ->add_option("--password-file", wanted.password_file, "File whose first line is the password")
-      ->check(CLI::ExistingFile);
-  command->add_flag("--no-tls", no_tls, "Without TLS, to a broker on this computer");
+  command->add_option("--broker", wanted.broker)->required();
+  command->add_option("--port", wanted.port)->check(between(1, 65535));
+  command->add_option("--ca", wanted.ca)->check(CLI::ExistingFile);
+  command->add_option("--user", wanted.user)->capture_default_str();
+  command->add_option("--password-file", wanted.password_file)->check(CLI::ExistingFile);
+  command->add_flag("--no-tls", no_tls);
 }
 
 void add_propose(CLI::App* of, int& status) {
@@ -336,33 +322,19 @@ void add_propose(CLI::App* of, int& status) {
   auto given = std::make_shared<Given>();
   given->command.user = "plant-operator";
   ProposeCommand& wanted = given->command;
-  CLI::App* command = of->add_subcommand(
-      "propose", "Send a proposal to a cell, for its operators to accept or refuse");
-  command->footer(
-      "A proposal causes no motion, neither on receipt nor on acceptance. The file is validated as by the cell "
-      "before it is\nsent. The cell's answer comes as a fact: fleet.answers.\n"
-      "Example: cellcal fleet propose graz/weld-3 --check --reason \"A3 drifts\" --broker broker.plant.example "
-      "--password-file pw\n"
-      "         cellcal fleet propose graz/weld-3 --withdraw p-17 --reason \"done\" --broker broker.plant.example "
-      "--password-file pw");
-  command->add_option("CELL", wanted.cell, "PLANT/CELL")->required();
+  CLI::App* command = of->add_subcommand("propose");
+  command->add_option("CELL", wanted.cell)->required();
   CLI::Option_group* what = command->add_option_group("what", "What is proposed");
-  what->add_flag("--calibrate", given->calibrate, "Request a calibration");
-  what->add_flag("--check", given->check, "Request a check");
-  auto* activate = what->add_option("--activate", wanted.session,
-                                    "Request to use that session's calibration again")
-                       ->check(session_number());
-  auto* schedule = what->add_option("--schedule", wanted.file,
-                                    "Propose this schedule (TOML, keys of [schedule])")
-                       ->check(CLI::ExistingFile);
-  auto* priors = what->add_option("--priors", wanted.file,
-                                  "Propose these tolerances for its robot file (TOML)")
-                     ->check(CLI::ExistingFile);
-  auto* withdraw = what->add_option("--withdraw", wanted.id, "Withdraw the proposal of this id");
+  what->add_flag("--calibrate", given->calibrate);
+  what->add_flag("--check", given->check);
+  auto* activate = what->add_option("--activate", wanted.session)->check(session_number());
+  auto* schedule = what->add_option("--schedule", wanted.file)->check(CLI::ExistingFile);
+  auto* priors = what->add_option("--priors", wanted.file)->check(CLI::ExistingFile);
+  auto* withdraw = what->add_option("--withdraw", wanted.id);
   what->require_option(1);
-  command->add_option("--reason", wanted.reason, "Reason, shown to the operators")->required();
-  command->add_option("--by", wanted.by, "Author [the user]");
-  command->add_option("--id", wanted.id, "Id [generated]")->excludes(withdraw);
+  command->add_option("--reason", wanted.reason)->required();
+  command->add_option("--by", wanted.by);
+  command->add_option("--id", wanted.id)->excludes(withdraw);
   add_broker(command, wanted, given->no_tls);
   add_json(*command, wanted.json);
   command->callback([=, &status] {
@@ -454,47 +426,25 @@ int release_schedule(const Connection& daemon) {
 }  // namespace
 
 void add_fleet_commands(CLI::App& app, int& status) {
-  CLI::App* fleet = app.add_subcommand("fleet", "Ask the plant's collector about all cells");
-  fleet->footer(
-      "cellcal-fleet collects what cells publish (man cellcal-fleet).\nExample: cellcal fleet status\n"
-      "         cellcal fleet overdue --json");
+  CLI::App* fleet = app.add_subcommand("fleet");
   fleet->require_subcommand(1);
-
-  add_request<NoOptions>(
-      *fleet, status, "status", "List all cells, those first that need attention, and why",
-      "Example: cellcal fleet status",
-      [](const Connection& collector, const NoOptions&) { return fleet_status(collector); },
-      add_fleet);
-  add_request<NoOptions>(
-      *fleet, status, "overdue", "List calibrations and checks that are due",
-      "Exit status 3: there are some.\nExample: cellcal fleet overdue",
-      [](const Connection& collector, const NoOptions&) { return fleet_overdue(collector); },
-      add_fleet);
-
+  add_plain(*fleet, status, "status", fleet_status, add_fleet);
+  add_plain(*fleet, status, "overdue", fleet_overdue, add_fleet);
   add_compare(fleet, status);
   add_export(fleet, status);
   add_propose(fleet, status);
 }
 
 void add_proposal_commands(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand(
-      "proposals", "List what the plant proposed to this cell; accept or refuse it");
-  command->footer(
-      "A proposal causes no motion, neither on receipt nor on acceptance.\n"
-      "Example: cellcal proposals\n         cellcal proposals accept p-17\n"
-      "         cellcal proposals refuse p-17 --reason \"the torch is changed tomorrow\"");
+  CLI::App* command = app.add_subcommand("proposals");
   command->require_subcommand(0, 1);
   auto daemon = add_connection(command);
   struct Given {
     std::string id, reason;
   };
   auto given = std::make_shared<Given>();
-  CLI::App* accept =
-      command->add_subcommand("accept", "Accept a proposal, and print what to do now");
-  CLI::App* refuse = command->add_subcommand("refuse", "Refuse a proposal");
-  accept->footer("Example: cellcal proposals accept p-17");
-  refuse->footer(
-      "Example: cellcal proposals refuse p-17 --reason \"the torch is changed tomorrow\"");
+  CLI::App* accept = command->add_subcommand("accept");
+  CLI::App* refuse = command->add_subcommand("refuse");
   for (CLI::App* one : {accept, refuse}) {
     one->fallthrough();  // options of the connection may follow
     one->add_option("ID", given->id, "Id of the proposal, as 'cellcal proposals' lists it")
@@ -518,22 +468,14 @@ void add_schedule_commands(CLI::App& app, int& status) {
     bool release = false;
     std::string begin;
   };
-  const auto [command, given, connection] = add_request<Given>(
-      app, status, "schedule", "Show unattended sessions: next times, last decisions and reasons",
-      "Its sessions are [[schedule.session]] in cellcald.toml.\nExample: cellcal schedule\n"
-      "         cellcal schedule --release\n         cellcal schedule --begin check",
-      [](const Connection& daemon, const Given& of) {
+  const auto [command, given, connection] =
+      add_request<Given>(app, status, "schedule", [](const Connection& daemon, const Given& of) {
         return of.release          ? release_schedule(daemon)
                : !of.begin.empty() ? begin_scheduled(daemon, of.begin)
                                    : show_schedule(daemon);
       });
-  auto* release = command->add_flag(
-      "--release", given->release,
-      "Confirm that cell, arm and this computer's clock were checked: scheduled sessions begin again");
-  command
-      ->add_option("--begin", given->begin,
-                   "Begin this session, if the schedule allows it now (begin = \"on request\")")
-      ->excludes(release);
+  auto* release = command->add_flag("--release", given->release);
+  command->add_option("--begin", given->begin)->excludes(release);
 }
 
 }  // namespace cellcal::daemon

@@ -127,60 +127,36 @@ bool is_open(NotVerified::Why why) {
 std::string or_not_stated(const std::string& text) { return text.empty() ? "not stated" : text; }
 
 void add_export(CLI::App& app, int& status) {
-  const auto [command, given, connection] = add_request<ExportCommand>(
-      app, status, "export", "Write a session's rows and files to a directory",
-      "Signed if a key exists (export.sums, export.sums.sig), as certificates are; 'cellcal verify' checks it.\n"
-      "Example: cellcal export 7 session-7",
-      export_session);
-  command->add_option("ID", given->session, "Number of the session")
-      ->required()
-      ->check(session_number());
-  command->add_option("DIR", given->directory, "Directory, new or empty")->required();
-  command->add_option(
-      "--key", given->key,
-      "Private key (Ed25519, PEM, mode 0600); $CELLCAL_KEY or /etc/cellcal/certificate.key where it is "
-      "there");
-  command->add_flag_callback(
-      "--no-sign", [given] { given->sign = false; }, "Do not sign");
+  const auto [command, given, connection] =
+      add_request<ExportCommand>(app, status, "export", export_session);
+  command->add_option("ID", given->session)->required()->check(session_number());
+  command->add_option("DIR", given->directory)->required();
+  command->add_option("--key", given->key);
+  command->add_flag_callback("--no-sign", [given] { given->sign = false; });
 }
 
 void add_import(CLI::App& app, int& status) {
   struct Given {
     std::filesystem::path directory, key;
   };
-  const auto [command, given, connection] = add_request<Given>(
-      app, status, "import", "Import an exported session into this journal",
-      "The daemon reads the directory: put it where its user may, not below /tmp or a home.\n"
-      "Reports the signer; files changed after signing are refused.\n"
-      "Example: cellcal import /var/lib/cellcal/session-7",
-      [](const Connection& daemon, const Given& of) {
+  const auto [command, given, connection] =
+      add_request<Given>(app, status, "import", [](const Connection& daemon, const Given& of) {
         return import_session(daemon, of.directory, of.key);
       });
-  command->add_option("DIR", given->directory, "Directory that 'cellcal export' wrote")->required();
-  command->add_option(
-      "--key", given->key,
-      "Public key of the signer (PEM); by default $CELLCAL_KEY.pub or /etc/cellcal/certificate.key.pub");
+  command->add_option("DIR", given->directory)->required();
+  command->add_option("--key", given->key);
 }
 
 void add_replay(CLI::App& app, int& status) {
-  const auto [command, given, connection] = add_request<std::string>(
-      app, status, "replay", "Compute a recorded session again and compare",
-      "A directory needs no daemon. Status 1 where a value differs.\n"
-      "Example: cellcal replay 7\n         cellcal replay session-7",
-      replay_session);
-  command->add_option("SESSION", *given, "Number of the session, or directory of its export")
-      ->required();
+  const auto [command, given, connection] =
+      add_request<std::string>(app, status, "replay", replay_session);
+  command->add_option("SESSION", *given)->required();
 }
 
 void add_backup(CLI::App& app, int& status) {
-  const auto [command, given, connection] = add_request<std::filesystem::path>(
-      app, status, "backup", "Copy the whole journal, also while a session runs",
-      "The daemon writes the file: name a directory where its user may. The service writes to "
-      "/var/lib/cellcal\nalone, or to what ReadWritePaths= adds (systemctl edit cellcald); purging the package deletes "
-      "that folder.\n"
-      "Example: cellcal backup /var/lib/cellcal/journal-2026-11-20.db",
-      back_up);
-  command->add_option("FILE", *given, "File, must not exist")->required();
+  const auto [command, given, connection] =
+      add_request<std::filesystem::path>(app, status, "backup", back_up);
+  command->add_option("FILE", *given)->required();
 }
 
 void add_retain(CLI::App& app, int& status) {
@@ -189,20 +165,13 @@ void add_retain(CLI::App& app, int& status) {
     std::optional<int> days;
     std::optional<double> megabytes;
   };
-  const auto [command, given, connection] = add_request<Given>(
-      app, status, "retain", "Drop raw events and readings of old sessions, nothing else",
-      "Touches, calibrations and results stay, and so do the checksums. Default: [retention] of "
-      "cellcald.toml.\nExample: cellcal retain --days 90 --dry-run",
-      [](const Connection& daemon, const Given& of) {
+  const auto [command, given, connection] =
+      add_request<Given>(app, status, "retain", [](const Connection& daemon, const Given& of) {
         return retain(daemon, of.dry_run, of.days, of.megabytes);
       });
-  command->add_flag("--dry-run", given->dry_run, "Only list what would be dropped");
-  command->add_option("--days", given->days, "Sessions that ended more than this many days ago")
-      ->check(between(1, 36500));
-  command
-      ->add_option("--megabytes", given->megabytes,
-                   "The oldest sessions, until the journal uses no more than this")
-      ->check(between(1.0, 1e9));
+  command->add_flag("--dry-run", given->dry_run);
+  command->add_option("--days", given->days)->check(between(1, 36500));
+  command->add_option("--megabytes", given->megabytes)->check(between(1.0, 1e9));
 }
 
 void add_certificate(CLI::App& app, int& status) {
@@ -210,59 +179,33 @@ void add_certificate(CLI::App& app, int& status) {
     bool make_key = false;
   };
   const auto [command, given, connection] = add_request<Given>(
-      app, status, "certificate", "Write the certificate of a published calibration",
-      "Writes certificate.html, certificate.pdf (needs the package 'weasyprint'), certificate.json,\n"
-      "certificate.dcc.xml (Digital Calibration Certificate) and rows.jsonl, the\n"
-      "session's rows. With --language de certificate.de.html and certificate.de.pdf; the XML has all languages.\n"
-      "Serial numbers, operator and the artefacts' certificates come from the cell file. A directory needs no "
-      "daemon.\nSigned if a key exists (certificate.sums, certificate.sums.sig); 'cellcal verify' checks it.\nThe result is computed again first. A directory is signed for where its export is signed.\n"
-      "Status 3 where the result was withheld, is an update or is not reproduced to the bit, where its rows are not\n"
-      "verified, or where the session was not completed.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
-      "         cellcal certificate session-7 --out certificate-7\n         cellcal certificate --make-key --key quality.key",
-      [](const Connection& daemon, const Given& wanted) {
+      app, status, "certificate", [](const Connection& daemon, const Given& wanted) {
         if (wanted.make_key)
           return make_certificate_key(wanted.key.empty() ? default_key() : wanted.key, daemon.json);
         if (wanted.session.empty()) throw CLI::RequiredError("SESSION");
         return certify(daemon, wanted);
       });
-  auto* session = command->add_option("SESSION", given->session,
-                                      "Number of the session, or directory of its export");
-  add_output(*command, given->output, "Directory, new or empty");
-  command->add_option("--issued-by", given->issued_by, "Issuer");
-  command->add_flag_callback(
-      "--no-pdf", [given] { given->pdf = false; }, "Write no PDF");
-  command->add_option(
-      "--key", given->key,
-      "Private key (Ed25519, PEM, mode 0600); $CELLCAL_KEY or /etc/cellcal/certificate.key where it is "
-      "there");
-  command->add_option("--export-key", given->export_key,
-                      "Public key that signed the export of a directory (PEM); by default that of "
-                      "--key");
-  command->add_flag_callback(
-      "--no-sign", [given] { given->sign = false; }, "Do not sign");
-  command->add_flag("--make-key", given->make_key, "Only create a new key")->excludes(session);
+  auto* session = command->add_option("SESSION", given->session);
+  add_output(*command, given->output);
+  command->add_option("--issued-by", given->issued_by);
+  command->add_flag_callback("--no-pdf", [given] { given->pdf = false; });
+  command->add_option("--key", given->key);
+  command->add_option("--export-key", given->export_key);
+  command->add_flag_callback("--no-sign", [given] { given->sign = false; });
+  command->add_flag("--make-key", given->make_key)->excludes(session);
 }
 
 void add_verify(CLI::App& app, int& status) {
-  const auto [command, given] = add_command(
-      app, status, "verify", "Show who signed a certificate, and whether it was changed",
-      "Status 0: as it was signed. 3: it is not: changed file, one more in the directory, other key,\n"
-      "damaged signature. 1: cannot be verified: no signature, no key, a file is missing.\nExample: cellcal verify certificate-7/certificate.pdf --key quality.key.pub",
-      verify);
-  command->add_option("FILE", given->file, "One file of a certificate, or its directory")
-      ->required();
-  command->add_option(
-      "--key", given->key,
-      "The issuer's public key (PEM); by default $CELLCAL_KEY.pub or /etc/cellcal/certificate.key.pub");
+  const auto [command, given] = add_command(app, status, "verify", verify);
+  command->add_option("FILE", given->file)->required();
+  command->add_option("--key", given->key);
   add_json(*command, given->json);
 }
 
 void add_versions(CLI::App& app, int& status) {
-  const auto [command, given, connection] = add_request<std::optional<std::int64_t>>(
-      app, status, "versions", "List the published calibrations of a cell, and which is in use",
-      "Example: cellcal versions", list_versions);
-  command->add_option("--of", *given, "Session of the cell [that of the calibration in use]")
-      ->check(session_number());
+  const auto [command, given, connection] =
+      add_request<std::optional<std::int64_t>>(app, status, "versions", list_versions);
+  command->add_option("--of", *given)->check(session_number());
 }
 
 void add_activate(CLI::App& app, int& status) {
@@ -271,38 +214,27 @@ void add_activate(CLI::App& app, int& status) {
     bool back = false;
     std::string reason;
   };
-  const auto [command, given, connection] = add_request<Given>(
-      app, status, "activate", "Put an earlier calibration into use again",
-      "It is what 'cellcal check' checks and what the next result is compared with, until the next one is published\n"
-      "or activated. Recorded in the journal with author and reason. Corrected programs and frames stay unchanged.\n"
-      "--back goes back along the line of calibrations as they came into use. Activating the one before is such a step, too:\n"
-      "the one left by it is put into use again by its number ('cellcal versions'), not by --back.\n"
-      "Example: cellcal activate 7 --reason \"session 9 was made with a loose torch\"\n"
-      "         cellcal activate --back --reason \"loose torch\"",
-      [](const Connection& daemon, const Given& of) {
+  const auto [command, given, connection] =
+      add_request<Given>(app, status, "activate", [](const Connection& daemon, const Given& of) {
         if (!of.back && !of.session) throw CLI::RequiredError("ID or --back");
         return activate_version(daemon, of.back ? std::nullopt : of.session, of.reason);
       });
-  auto* session = command->add_option("ID", given->session, "Session of the calibration")
-                      ->check(session_number());
-  auto* back = command->add_flag("--back", given->back, "The calibration used before this one");
+  auto* session = command->add_option("ID", given->session)->check(session_number());
+  auto* back = command->add_flag("--back", given->back);
   back->excludes(session);
-  command->add_option("--reason", given->reason, "Why")->required();
+  command->add_option("--reason", given->reason)->required();
 }
 
 void add_compare(CLI::App& app, int& status) {
   struct Given {
     std::int64_t before = 0, after = 0;
   };
-  const auto [command, given, connection] = add_request<Given>(
-      app, status, "compare", "Compare two published calibrations of a cell",
-      "Prints the distance of the tips over the workspace (or near the targets), and the parameters that moved by more than\n"
-      "U (k=2).\nExample: cellcal compare 7 9",
-      [](const Connection& daemon, const Given& of) {
+  const auto [command, given, connection] =
+      add_request<Given>(app, status, "compare", [](const Connection& daemon, const Given& of) {
         return compare_versions(daemon, of.before, of.after);
       });
-  command->add_option("A", given->before, "First session")->required()->check(session_number());
-  command->add_option("B", given->after, "Second session")->required()->check(session_number());
+  command->add_option("A", given->before)->required()->check(session_number());
+  command->add_option("B", given->after)->required()->check(session_number());
 }
 
 }  // namespace

@@ -185,30 +185,14 @@ std::string no_pair(std::string& text) {
 }  // namespace
 
 void add_relate(CLI::App& app, int& status) {
-  const auto [command, given] = add_command(
-      app, status, "relate",
-      "Find where the base of one arm is in that of another that touched the same spheres",
-      "Both arms touch the same spheres, three or more that are not on one line, which stay where they are in "
-      "between.\nPrints the frame of the second base in the first, as $ROBROOT, with U (k=2); it holds for both arms "
-      "corrected by\nthese calibrations, whose own u95 comes on top. Spheres are the same where their ids are, or "
-      "with --cells their\nserial numbers.\nExit status 3: a sphere does not agree, or a calibration was withheld.\n"
-      "Example: cellcal relate left.json right.json -o frame.txt\n"
-      "         cellcal relate left.json right.json --cells left.toml right.toml\n"
-      "         cellcal relate left.json right.json --same S1=K1,S2=K2,S3=K3",
-      relate);
-  command->add_option("first", given->first, "Calibration of the first arm (JSON)")->required();
-  command->add_option("second", given->second, "Calibration of the second arm (JSON)")->required();
-  CLI::Option* same =
-      command->add_option("--same", given->same, "Ids of one sphere in both: FIRST=SECOND,...")
-          ->delimiter(',')
-          ->check(CLI::Validator(no_pair, "ID=ID"));
-  command
-      ->add_option(
-          "--cells", given->cells,
-          "Cell files of the first and the second arm: their serial numbers tell which spheres are the same")
-      ->expected(2)
-      ->excludes(same);
-  add_output(*command, given->output, "Write to this file [standard output]");
+  const auto [command, given] = add_command(app, status, "relate", relate);
+  command->add_option("first", given->first)->required();
+  command->add_option("second", given->second)->required();
+  CLI::Option* same = command->add_option("--same", given->same)
+                          ->delimiter(',')
+                          ->check(CLI::Validator(no_pair, "ID=ID"));
+  command->add_option("--cells", given->cells)->expected(2)->excludes(same);
+  add_output(*command, given->output);
   add_json(*command, given->json);
   add_language(*command);
 }

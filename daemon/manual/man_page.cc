@@ -313,81 +313,12 @@ std::string man_page(const ManPage& page) {
   for (const OptionHelp& option : help.options) text += option_entry(option);
   if (commands) text += ".SH COMMANDS\n";
   for (const CommandHelp& command : help.commands) text += command_part(help.name, command);
-  for (const ManSection& section : page.more) {
-    text += ".SH " + roff(section.title) + "\n";
-    for (const auto& [term, words] : section.entries) text += tagged(bold(term), roff(words));
-  }
+  text += page.more;
   if (!help.examples.empty()) text += ".SH EXAMPLES\n" + example_block(help.examples);
   std::vector<std::string> others;
   for (const std::string& other : page.see_also) others.push_back(roff(other));
   if (!others.empty()) text += fmt::format(".SH SEE ALSO\n{}\n", fmt::join(others, ", "));
   return text;
-}
-
-std::vector<ManSection> cellcal_sections() {
-  return {
-      {"EXIT STATUS",
-       {{"0", "Success."},
-        {"1", "Failed. The reason is the first line on standard error."},
-        {"2", "Wrong usage."},
-        {"3",
-         "Done, and the answer is no: the result must not be published (it is still written), a "
-         "check does not hold, drift alarms, files differ."},
-        {"130", "Left by Ctrl-C: the session continues, and nothing is known of its end."}}},
-      {"ENVIRONMENT",
-       {{"CELLCAL_SOCKET", "The daemon's socket, where --socket is not given."},
-        {"CELLCAL_ROBOTS", "A folder of robot files that is searched before the shipped ones."}}},
-      {"FILES",
-       {{"/run/cellcal/cellcald.sock",
-         "The daemon's socket. Members of the group cellcal may use it."},
-        {"/usr/share/cellcal/robots", "The robots that a cell file can name."},
-        {"/usr/share/doc/cellcal", "Set-up of controller and sensor; an example cell."}}}};
-}
-
-std::vector<ManSection> cellcald_sections() {
-  return {
-      {"EXIT STATUS",
-       {{"0", "Ended by SIGTERM or SIGINT."},
-        {"1", "Could not start: another cellcald, a damaged journal."},
-        {"2",
-         "Wrong usage or configuration, a file of it that cannot be read, a state_dir that cannot be "
-         "written, a journal of another version. A restart does not help."}}},
-      {"SIGNALS",
-       {{"SIGTERM, SIGINT", "Stop the arm, record the end of the session, end."},
-        {"SIGUSR1", "'cellcal abort' without a connection: stop the arm, end the session."},
-        {"SIGHUP",
-         "Read the configuration again: log_level, [schedule], [notify], [plant] and [retention] at "
-         "once, all else from the next session on. What cannot change while the daemon runs is "
-         "named in the log."}}},
-      {"FILES",
-       {{"/etc/cellcal/cellcald.toml", "The configuration."},
-        {"/var/lib/cellcal", "Journal and results of all sessions."},
-        {"/run/cellcal/cellcald.sock",
-         "Where cellcal connects. Another one (key socket) is named to cellcal --socket, and in "
-         "drop-ins of the other units."},
-        {"/run/cellcal/plant/cellcald.sock", "Where cellcal-plant connects."}}}};
-}
-
-std::vector<ManSection> cellcal_fleet_sections() {
-  return {{"EXIT STATUS",
-           {{"0", "Ended by SIGTERM or SIGINT."},
-            {"1", "Failed: a database of a newer version, a socket in use."},
-            {"2", "Wrong usage or configuration. A restart does not help."}}},
-          {"FILES",
-           {{"/etc/cellcal/fleet.toml", "The configuration."},
-            {"/run/cellcal-fleet/fleet.sock", "Where 'cellcal fleet' connects."},
-            {"/usr/share/doc/cellcal/daemon/fleet", "Settings of the broker; tables and views."}}}};
-}
-
-std::vector<ManSection> cellcal_plant_sections() {
-  return {{"EXIT STATUS",
-           {{"0", "Ended by SIGTERM or SIGINT."},
-            {"1", "Failed."},
-            {"2", "Wrong usage. A restart does not help."}}},
-          {"FILES",
-           {{"/run/cellcal/plant/cellcald.sock", "Orders and pending messages of cellcald."},
-            {"/etc/cellcal/cellcald.toml", "[plant] is cellcald's, and read by that alone."},
-            {"/usr/share/doc/cellcal/daemon/plant", "What it promises; settings of the broker."}}}};
 }
 
 CommandHelp command_tree(const CLI::App& app) {

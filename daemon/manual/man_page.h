@@ -2,6 +2,7 @@
 // Manual page of a program's help, in roff's man macros.
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace CLI {
@@ -33,31 +34,15 @@ struct CommandHelp {
 /// The whole command tree of `app`, in the order of --help.
 CommandHelp command_tree(const CLI::App& app);
 
-/// Content beyond the options: exit statuses, files, signals.
-struct ManSection {
-  struct Entry {
-    std::string term, words;
-  };
-  std::string title;
-  std::vector<Entry> entries;
-};
-
 struct ManPage {
   CommandHelp help;
   int section = 1;
   std::string version;
-  std::vector<ManSection> more;
+  std::string_view more;              ///< roff: exit statuses, files, signals
   std::vector<std::string> see_also;  ///< "cellcald(8)"
 };
 
 std::string man_page(const ManPage& page);
-
-// Manual page sections besides options.
-
-std::vector<ManSection> cellcal_sections();
-std::vector<ManSection> cellcald_sections();
-std::vector<ManSection> cellcal_fleet_sections();
-std::vector<ManSection> cellcal_plant_sections();
 
 // Completion of a program's commands and options for three shells. Values without a list of choices complete
 // as files.

@@ -12,6 +12,11 @@
 #include "daemon/files/service_options.h"
 #include "daemon/manual/man_page.h"
 
+namespace cellcal::daemon {
+// Sections besides options: NAME.roff.
+extern const std::string_view kCellcalSections, kCellcaldSections, kFleetSections, kPlantSections;
+}  // namespace cellcal::daemon
+
 namespace {
 
 using namespace cellcal::daemon;
@@ -43,17 +48,16 @@ int main(int argc, char** argv) try {
   describe_cellcal_fleet(collector, fleet_options);
   PlantOptions plant_options;
   describe_cellcal_plant(line, plant_options);
-  write({command_tree(client), 1, version, cellcal_sections(), {"cellcald(8)"}}, folder);
-  write({command_tree(daemon), 8, version, cellcald_sections(), {"cellcal(1)", "systemctl(1)"}},
+  write({command_tree(client), 1, version, kCellcalSections, {"cellcald(8)"}}, folder);
+  write({command_tree(daemon), 8, version, kCellcaldSections, {"cellcal(1)", "systemctl(1)"}},
         folder);
   write({command_tree(collector),
          8,
          version,
-         cellcal_fleet_sections(),
+         kFleetSections,
          {"cellcal(1)", "cellcald(8)", "mosquitto(8)"}},
         folder);
-  write({command_tree(line), 8, version, cellcal_plant_sections(), {"cellcald(8)", "mosquitto(8)"}},
-        folder);
+  write({command_tree(line), 8, version, kPlantSections, {"cellcald(8)", "mosquitto(8)"}}, folder);
   return 0;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "cellcal-manual: %s\n", error.what());

@@ -1,5 +1,7 @@
 // Common properties of all commands: help with an example, exit statuses, one line first.
 
+#include "daemon/cli/commands.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +10,30 @@
 
 namespace cellcal::daemon::testing {
 namespace {
+
+void expect_help(const CLI::App& command, const std::string& of) {
+  EXPECT_NE(command.get_description(), "") << of;
+  if (!command.get_name().empty()) {  // no group of options
+    EXPECT_NE(command.get_footer().find("Example: cellcal "), std::string::npos) << of;
+  }
+  for (const CLI::Option* option : command.get_options())
+    EXPECT_NE(option->get_description(), "") << of << " " << option->get_name();
+  for (const CLI::App* inner : command.get_subcommands([](const CLI::App*) { return true; }))
+    expect_help(*inner, of + " " + inner->get_name());
+}
+
+TEST(Cellcal, StatesWhatEveryCommandAndOptionIsFor) {
+  CLI::App app;
+  int status = 0;
+  describe_cellcal(app, status);
+  expect_help(app, "cellcal");
+  EXPECT_TRUE(app.get_subcommand("qualify")->get_footer().ends_with(
+      "Exit status 3:\nnot as stated.\nExample: cellcal qualify --cell cell.toml --target S1"));
+  EXPECT_EQ(
+      app.get_subcommand("check")->get_option("--mastered")->get_description(),
+      "Joints that were mastered by 'cellcal mastering': four to six touches in 20 s show what is left of their "
+      "zeros");
+}
 
 class EveryCommand : public ::testing::TestWithParam<const char*> {};
 
