@@ -64,12 +64,9 @@ bool assigned(const std::vector<Token>& t, std::size_t at) {
 
 bool same(const std::map<int, calib::FrameMmDeg>& ones,
           const std::map<int, calib::FrameMmDeg>& stated) {
-  constexpr double kRounding = 5e-4;  // mm, deg: the controller's REAL has 24 bits
-  const auto near = [](double a, double b) { return std::abs(a - b) < kRounding; };
   return std::ranges::all_of(ones, [&](const auto& one) {
     const auto at = stated.find(one.first);
-    return at != stated.end() && std::ranges::equal(one.second.xyz_mm, at->second.xyz_mm, near) &&
-           std::ranges::equal(one.second.abc_deg, at->second.abc_deg, near);
+    return at != stated.end() && same_frame(one.second, at->second);
   });
 }
 
@@ -86,7 +83,20 @@ void merge_numbers(const ChangedNumbers& from, ChangedNumbers& into) {
   into.computed.insert(from.computed.begin(), from.computed.end());
 }
 
+std::optional<calib::FrameMmDeg> value_in(const std::map<int, calib::FrameMmDeg>& frames,
+                                          int number) {
+  const auto at = frames.find(number);
+  return at == frames.end() ? std::nullopt : std::optional(at->second);
+}
+
 }  // namespace
+
+bool same_frame(const calib::FrameMmDeg& a, const calib::FrameMmDeg& b) {
+  constexpr double kRounding = 5e-4;  // mm, deg: the controller's REAL has 24 bits
+  const auto near = [](double x, double y) { return std::abs(x - y) < kRounding; };
+  return std::ranges::equal(a.xyz_mm, b.xyz_mm, near) &&
+         std::ranges::equal(a.abc_deg, b.abc_deg, near);
+}
 
 std::optional<ChangePlace> ChangedNumbers::of(int number) const {
   if (number <= 0) return std::nullopt;
@@ -143,13 +153,18 @@ FrameChanges of_stated_numbers(FrameChanges changes) {
   return changes;
 }
 
-void count_changes(const std::vector<Line>& lines, const Readers& readers,
-                   const ControllerFrames& stated, ChangeCounts& counts) {
+void add_changed_frames(const std::vector<Line>& lines, const Readers& readers,
+                        ChangedFrames& changed) {
   for (const Line& line : lines) {
     FrameChanges changes;
-    add_changes(line, {}, readers, stated, changes);
-    for (const auto& [number, place] : changes.tools.numbers) ++counts.tools[number];
-    for (const auto& [number, place] : changes.bases.numbers) ++counts.bases[number];
+    add_changes(line, {}, readers, {}, changes);
+    if (changes.tools.numbers.empty() && changes.bases.numbers.empty()) continue;
+    ControllerFrames written;
+    if (read_controller_frames(line, written) != Stated::kValue) written = {};
+    for (const auto& [number, place] : changes.tools.numbers)
+      changed.tools[number].push_back(value_in(written.tools, number));
+    for (const auto& [number, place] : changes.bases.numbers)
+      changed.bases[number].push_back(value_in(written.bases, number));
   }
 }
 

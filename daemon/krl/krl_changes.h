@@ -50,12 +50,14 @@ bool changes_at(const Line& line, std::size_t at, const Readers& readers);
 bool sets_kinematic_base(const std::vector<Token>& tokens);
 /// The places of `into` stay.
 void merge(const FrameChanges& from, FrameChanges& into);
-/// Statements that change each number.
-struct ChangeCounts {
-  std::map<int, int> tools, bases;
+/// The controller rounds frames: equal to 0.0005 mm and deg.
+bool same_frame(const calib::FrameMmDeg& a, const calib::FrameMmDeg& b);
+/// Per number, what each statement that changes it makes it; empty: not written out.
+struct ChangedFrames {
+  std::map<int, std::vector<std::optional<calib::FrameMmDeg>>> tools, bases;
 };
-void count_changes(const std::vector<Line>& lines, const Readers& readers,
-                   const ControllerFrames& stated, ChangeCounts& counts);
+void add_changed_frames(const std::vector<Line>& lines, const Readers& readers,
+                        ChangedFrames& changed);
 /// Without those of a computed number, which may be any.
 FrameChanges of_stated_numbers(FrameChanges changes);
 

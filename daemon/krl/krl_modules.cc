@@ -153,9 +153,9 @@ void follow_copies(Program& program) {
   }
 }
 
-void count_changes_in(const KrlFile& file, const Readers& readers, const ControllerFrames& stated,
-                      ChangeCounts& counts) try {
-  if (!is_kukas_program(file.name)) count_changes(read_lines(file), readers, stated, counts);
+void add_changed_frames_of(const KrlFile& file, const Readers& readers,
+                           ChangedFrames& changed) try {
+  if (!is_kukas_program(file.name)) add_changed_frames(read_lines(file), readers, changed);
 } catch (const calib::FileError&) {  // no text
 }
 
@@ -183,10 +183,13 @@ void settle(Program& program) {
 void take_assigned(const std::vector<const KrlFile*>& files, const Readers& readers,
                    Program& program) {
   if (program.assigned.empty()) return;
-  ChangeCounts counts;
-  for (const KrlFile* file : files) count_changes_in(*file, readers, program.data, counts);
+  ChangedFrames changed;
+  for (const KrlFile* file : files) add_changed_frames_of(*file, readers, changed);
   for (const auto& [module, tool, number, value] : program.assigned) {
-    if ((tool ? counts.tools : counts.bases)[number] != 1) continue;
+    const auto& frames = (tool ? changed.tools : changed.bases)[number];
+    if (!std::ranges::all_of(frames,
+                             [&](const auto& frame) { return frame && same_frame(*frame, value); }))
+      continue;
     FrameChanges& changes = program.modules[module].changes;
     (tool ? changes.tools : changes.bases).numbers.erase(number);
     (tool ? program.data.tools : program.data.bases)[number] = value;

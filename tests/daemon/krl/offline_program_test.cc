@@ -108,5 +108,46 @@ TEST(AnOfflineProgram, KeepsEverythingBesideItsPoints) {
   EXPECT_NE(result.files[0].text, src);
 }
 
+/// The program with tool and base by number, set again before each motion.
+std::string with_numbered_frames(std::string src, const std::string& again) {
+  const std::string frames =
+      "BASE_DATA[2]={FRAME: X 0.000,Y 0.000,Z 0.000,A 0.000,B 0.000,C 0.000}\r\n"
+      "$BASE=BASE_DATA[2]\r\n"
+      "TOOL_DATA[3]={FRAME: X 59.900,Y 50.500,Z 410.300,A 38.840,B 3.590,C 0.000}\r\n"
+      "$TOOL=TOOL_DATA[3]\r\n";
+  const auto from = src.find("$BASE"), to = src.find("$VEL");
+  src.replace(from, to - from, frames);
+  for (auto at = src.find("LIN {"); at != std::string::npos; at = src.find("LIN {", at + 1)) {
+    const std::string more = again.empty() ? frames : again;
+    src.insert(at, more);
+    at += more.size();
+  }
+  return src;
+}
+
+TEST(AnOfflineProgram, MaySetTheSameFramesMoreThanOnce) {
+  const std::string src = offline_program(postures(3, 3));
+  const auto correct = [](const std::string& text,
+                          const std::vector<krl::KrlFile>& controller = {}) {
+    return krl::correct_program(calibration(), {{"Prog1.src", text}, std::nullopt, controller});
+  };
+  const auto once = correct(src), again = correct(with_numbered_frames(src, {}));
+  ASSERT_EQ(all_words(again), "");
+  ASSERT_EQ(again.points.size(), once.points.size());
+  for (std::size_t i = 0; i < once.points.size(); ++i)
+    EXPECT_LT((again.points[i].shift_mm - once.points[i].shift_mm).norm(), 1e-9);
+
+  const std::string other =
+      "TOOL_DATA[3]={FRAME: X 59.900,Y 50.500,Z 411.300,A 38.840,B 3.590,C 0.000}\r\n";
+  for (const std::string& changes :
+       {other, std::string("TOOL_DATA[3].X=60\r\n"), std::string("TOOL_DATA[3]=T\r\n")}) {
+    const auto refused = correct(with_numbered_frames(src, changes));
+    ASSERT_FALSE(refused.refusals.empty()) << changes;
+    EXPECT_EQ(refused.refusals[0].why, krl::Why::kFrameChanged) << changes;
+  }
+  EXPECT_FALSE(correct(with_numbered_frames(src, other), {{"$config.dat", other}}).refusals.empty())
+      << "also where the controller's files state the other value";
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing
