@@ -212,14 +212,16 @@ TEST(AFrameThatAProgramStatesAtItsBeginning, IsThatOfItsMotions) {
 
 TEST(AFrameThatAProgramStates, IsRefusedWhereItMayBeAnotherAtAMotion) {
   const std::string base = "BASE_DATA[2] = {FRAME: X 5.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n",
+                    other_base = "BASE_DATA[2] = {X 5.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.001}\n",
                     tool = "TOOL_DATA[7] = {X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n";
   const auto refused = [](const krl::ProgramFiles& program, const std::string& other = "") {
     const auto result = corrected_together({program, module_named("B", other)});
     return !of(result, "A").refusals.empty();
   };
   EXPECT_FALSE(refused(stating(tool + base)));
+  EXPECT_FALSE(refused(stating(tool + base + base), base)) << "the same value everywhere";
   for (const std::string& head :
-       {tool + base + base, tool + "IF $IN[1] THEN\n" + base + "ENDIF\n",
+       {tool + base + other_base, tool + "IF $IN[1] THEN\n" + base + "ENDIF\n",
         tool + "PTP XHOME\n" + base, tool + "LIN_REL {Z 5}\n" + base, tool + "MOVE()\n" + base,
         tool + "GOTO NEXT\n" + base + "NEXT:\n",
         tool + "PTP $POS_ACT:{X 5,Y 0,Z 0,A 0,B 0,C 0}\n" + base, tool + "BASE_DATA[2] = {X 5.0}\n",
@@ -227,7 +229,7 @@ TEST(AFrameThatAProgramStates, IsRefusedWhereItMayBeAnotherAtAMotion) {
         tool + base + "BASE_DATA[N].X = 5\n"})
     EXPECT_TRUE(refused(stating(head))) << head;
   for (const std::string& more :
-       {base, std::string("BASE_DATA[2].X=7\n"),
+       {other_base, std::string("BASE_DATA[2].X=7\n"),
         "END\nGLOBAL DEF SUB()\nBAS(#TOOL,7)\nBAS(#BASE,2)\nPTP XA\n" + std::string()})
     EXPECT_TRUE(refused(stating(tool + base, more))) << more;
   // $BASE has the value from before.
