@@ -46,26 +46,20 @@ constexpr int kAroundEach = 12;
 
 using Way = std::optional<std::vector<JointVector>>;
 
-std::string end_words(const Progress& progress, const Goal& goal) {
+Phrase end_of(const Progress& progress, const Goal& goal) {
   const double u95_mm = progress.u95_m * kMmPerM, goal_mm = goal.u95_m * kMmPerM;
-  const std::string reached = goal_mm > 0.0
-                                  ? fmt::format("u95 {0:.{2}f} mm, goal {1:.{2}f} mm", u95_mm,
-                                                goal_mm, decimals_apart(u95_mm, goal_mm, 3))
-                                  : fmt::format("u95 {:.3f} mm", u95_mm);
+  const bool has_goal = goal_mm > 0.0;
+  const PhraseValue n{"n", progress.touches}, percent{"percent", 100.0 * goal.worth_it};
+  const PhraseValue u95{
+      "u95", has_goal ? Phrase("say.ended.u95.goal", {{"u95", u95_mm}, {"goal", goal_mm}})
+                      : Phrase("say.ended.u95", {{"u95", u95_mm}})};
   switch (*progress.ended) {
-    case Ended::kGoal: return "goal reached: " + reached;
+    case Ended::kGoal: return {"say.ended.goal", {u95}};
     case Ended::kMostTouches:
-      return fmt::format("all {} touches made; {}{}", progress.touches, reached,
-                         goal_mm > 0.0 ? ". Allow more touches (--touches)" : "");
-    case Ended::kNoGain:
-      return fmt::format(
-          "after touch {} ten more would reduce the error by less than {:.0f} %; {}. Certified "
-          "lengths, more spheres or other postures help more",
-          progress.touches, 100.0 * goal.worth_it, reached);
-    case Ended::kNoEstimate:
-      return "some targets cannot be touched often enough for a first estimate";
-    case Ended::kAllReachable:
-      return fmt::format("all {} reachable touches made; {}", progress.touches, reached);
+      return {has_goal ? "say.ended.most.goal" : "say.ended.most", {n, u95}};
+    case Ended::kNoGain: return {"say.ended.no_gain", {n, percent, u95}};
+    case Ended::kNoEstimate: return "say.ended.no_estimate";
+    case Ended::kAllReachable: return {"say.ended.all_reachable", {n, u95}};
   }
   return {};
 }
@@ -530,10 +524,11 @@ double touches_to_goal(std::size_t count, double reducible_m, double goal_u95_m)
          std::pow(kBoundOverError * reducible_m / goal_u95_m, 1.0 / kErrorPower);  // (92)
 }
 
-std::string why_ended(const Progress& progress, const Goal& goal) {
+Phrase why_ended(const Progress& progress, const Goal& goal) {
   if (!progress.ended) return {};
-  const std::string end = end_words(progress, goal);
-  return progress.missing ? end + ". " + words(phrase_of(*progress.missing)) : end;
+  const Phrase end = end_of(progress, goal);
+  if (!progress.missing) return end;
+  return {"say.ended.missing", {{"end", end}, {"missing", phrase_of(*progress.missing)}}};
 }
 
 }  // namespace cellcal::calib

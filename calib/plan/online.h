@@ -58,7 +58,7 @@ struct Progress {
 };
 
 /// Explains why no further touch is chosen before the goal; empty if one may be.
-std::string why_ended(const Progress& progress, const Goal& goal);
+Phrase why_ended(const Progress& progress, const Goal& goal);
 
 class Online {
  public:

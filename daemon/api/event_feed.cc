@@ -320,7 +320,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
              {"finding", status.finding},
              {"stage", words(status.stage, language)},
              {"planning", to_json(status.planning)},
-             {"why_ended", status.why_ended},
+             {"why_ended", words(status.why_ended, language)},
              {"warnings", all_words(status.warnings, language)},
              {"time_left_s", or_null(status.time_left_s)},
              {"waiting", to_json(status.waiting, language)},

@@ -96,7 +96,7 @@ struct Status {
   bool finding = false;                     ///< the current touch serves to locate a sphere
   calib::Phrase stage;                      ///< purpose of the current touch
   std::optional<calib::WorkDone> planning;  ///< progress of planning
-  std::string why_ended;                    ///< why no further touch was chosen
+  calib::Phrase why_ended;                  ///< why no further touch was chosen
   /// Non-fatal findings in cell file and plan, in words.
   std::vector<calib::Phrase> warnings;
   /// Residual of the newest touch, none before the first; after identification, the mean of the fit.

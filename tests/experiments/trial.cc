@@ -313,7 +313,7 @@ std::optional<OnlineOutcome> run_online(const calib::Robot& robot, const Trial& 
   result.touches = end.touches;
   result.failed = static_cast<int>(driven.touches.size()) - end.touches;
   result.u95_m = end.u95_m;
-  result.why = calib::why_ended(end, goal);
+  result.why = words(calib::why_ended(end, goal));
   if (online->touches().empty()) return std::nullopt;
   result.outcome = judged(world, online->touches(), trial.load_kg);
   result.outcome.planned_m3 = end.mean_m;

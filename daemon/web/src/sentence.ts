@@ -90,11 +90,14 @@ export function touch_words(status: Status, say: Say): string {
 }
 
 /** `why`: of an abort; a person's has none. A dry run makes no touches. */
-function ended(ending: "done" | "aborted" | "failed" | "interrupted" | "unknown", kind: string, why: FailureKind | null): Key {
+function ended(ending: "done" | "aborted" | "failed" | "interrupted" | "unknown", kind: string, why: FailureKind | null, planned: number): Key {
   if (kind === "dry-run" && ending !== "unknown") return `ended.${ending}`;
   if (ending === "aborted" && (why === "window-over" || why === "daemon-stopped")) return `phase.aborted.${why}`;
-  return ending === "interrupted" ? "resume.left" : `phase.${ending}`;
+  return ending === "interrupted" ? left_after(planned) : `phase.${ending}`;
 }
+
+/** Of a session that another one goes on with; its touches may not have been planned yet. */
+export const left_after = (planned: number): Key => (planned > 0 ? "resume.left" : "ended.interrupted");
 
 export function sentence(status: Status, say: Say): string {
   const share = status.planning?.done ?? null;
@@ -102,11 +105,11 @@ export function sentence(status: Status, say: Say): string {
     return say("phase.planning.share", { percent: Math.round(100 * share) });
   const left = status.interrupted;
   if (status.phase === "idle" && left)
-    return say(ended(left.ending, left.kind, left.failure), { session: left.session, n: left.touches, total: left.planned });
+    return say(ended(left.ending, left.kind, left.failure, left.planned), { session: left.session, n: left.touches, total: left.planned });
   const key: Key = status.phase === "failed" && unconfirmed(status)
     ? "phase.failed.unconfirmed"
     : status.phase === "done" || status.phase === "aborted" || status.phase === "failed"
-      ? ended(status.phase, status.kind, status.failure?.kind ?? null)
+      ? ended(status.phase, status.kind, status.failure?.kind ?? null, status.planned)
       : `phase.${status.phase}`;
   return say(key, {
     session: status.session, n: status.touches, touch: touch_words(status, say),

@@ -76,7 +76,7 @@ TEST(GoalBatches, GoOnFromTheTouchesOfAnInterruptedSessionUpToTheMostAllowed) {
                                   return touch.set == TouchSet::kFit;
                                 }));
   EXPECT_TRUE(driven.progress.missing.has_value());
-  EXPECT_NE(why_ended(driven.progress, goal).find("goal 0.001 mm"), std::string::npos);
+  EXPECT_NE(words(why_ended(driven.progress, goal)).find("goal 0.001 mm"), std::string::npos);
 }
 
 TEST(GoalBatches, InContactOffItsSearchesIsRefused) {

@@ -104,14 +104,15 @@ TEST(Online, EndsAtTheMostTouchesThatWereAllowed) {
 TEST(Online, SaysInWordsWhyItEndedAndNothingBefore) {
   const Goal goal{.u95_m = 0.15e-3};
   Progress progress{.touches = 30, .u95_m = 0.2e-3};
-  EXPECT_EQ(why_ended(progress, goal), "");
-  std::set<std::string> words;
+  EXPECT_TRUE(why_ended(progress, goal).empty());
+  std::set<std::string> sentences;
   for (const Ended how : {Ended::kGoal, Ended::kMostTouches, Ended::kNoGain, Ended::kNoEstimate,
                           Ended::kAllReachable}) {
     progress.ended = how;
-    words.insert(why_ended(progress, goal));
+    for (const std::string& code : Language::codes())
+      sentences.insert(words(why_ended(progress, goal), *Language::of(code)));
   }
-  EXPECT_EQ(words.size(), 5U);
+  EXPECT_EQ(sentences.size(), 5U * Language::codes().size());
 }
 
 TEST(Online, SaysWhatKeepsItFromTheGoal) {
@@ -124,7 +125,7 @@ TEST(Online, SaysWhatKeepsItFromTheGoal) {
   ASSERT_TRUE(driven.end.missing);
   EXPECT_EQ(driven.end.missing->source, UncertaintySource::kTransmission);
   EXPECT_FALSE(driven.end.missing->joint.empty());
-  EXPECT_NE(why_ended(driven.end, goal).find("transmission error of A"), std::string::npos);
+  EXPECT_NE(words(why_ended(driven.end, goal)).find("transmission error of A"), std::string::npos);
   EXPECT_FALSE(drive(demo_cell(), {.u95_m = 0.5e-3}).end.missing);
 }
 

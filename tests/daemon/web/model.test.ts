@@ -143,6 +143,8 @@ test("a session that an earlier run of the daemon left is the page's sentence, a
   const sentences = ["interrupted", "aborted", "failed"].map((ending) => sentence(idle(ending), speaker("en")));
   assert.deepEqual(sentences, ["Session 2 was interrupted after 5 of 9 touches.", "Session 2 was aborted after 5 touches.", "Session 2 failed after 5 touches."]);
   assert.equal(mood(idle("interrupted")), "wait");
+  const unplanned = of({ phase: "idle", session: 0, running: false, interrupted: { ...left, touches: 0, planned: 0, ending: "interrupted" } });
+  assert.equal(sentence(unplanned, speaker("en")), "Session 2 was interrupted.", "its touches were not planned yet");
 });
 
 test("a session that the schedule or the end of the daemon stopped is not called aborted, also after a restart", () => {

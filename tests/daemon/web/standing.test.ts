@@ -8,7 +8,7 @@ import { may_move, near_words } from "../src/sentence";
 import { age_words, cell_name, now_of, standing_line, type Now } from "../src/standing";
 import * as api from "../generated/api";
 import { speaker } from "../src/words";
-import { drawn, plotted } from "../src/ui/checks";
+import { date_of, drawn, plotted } from "../src/ui/checks";
 import { status, words_of } from "./kr5";
 
 const HOLDINGS = words_of(api.Holding), ADVICE = words_of(api.Advice), CHANGES = words_of(api.ChangeKind).filter((one) => (one as string) !== "nothing");
@@ -182,4 +182,15 @@ test("checks that fail for another reason than the tool are drawn, though they d
   const points = decode.drift({ checks: checks({ points: [failing, one, { ...failing, session: 10, holds: null }] }) }).checks!.points;
   assert.deepEqual(plotted(points).map((point) => point.session), [8]);
   assert.deepEqual(drawn(points).map((point) => point.session), [8, 9]);
+});
+
+test("days of the control chart are those of the browser's zone, as in the history", () => {
+  const zone = process.env.TZ;
+  const at_utc = (time: string) => date_of(Date.parse(time) / 1000);
+  process.env.TZ = "Asia/Tokyo";
+  assert.equal(at_utc("2026-11-30T22:30:00Z"), "2026-12-01");
+  process.env.TZ = "America/Los_Angeles";
+  assert.equal(at_utc("2026-12-01T03:00:00Z"), "2026-11-30");
+  if (zone === undefined) delete process.env.TZ;
+  else process.env.TZ = zone;
 });

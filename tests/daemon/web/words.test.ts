@@ -7,7 +7,7 @@ import * as api from "../generated/api";
 import { command_of } from "../src/ui/guide";
 import { tick_words } from "../src/ui/chart";
 import { language_of } from "../src/ui/context";
-import { zero_changes } from "../src/ui/drift";
+import { published, zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
 import { words_of } from "./kr5";
 
@@ -135,6 +135,7 @@ test("a wish becomes the request that the daemon takes", () => {
   const wish = { kind: "calibrate" as const, cell: " /c/cell.toml ", touches: "30", check: "5", goal: "", load: "", find: false };
   assert.deepEqual(run_request(wish), { cell: "/c/cell.toml", touches: 30, check: 5 });
   assert.deepEqual(run_request({ ...wish, goal: "0,15", find: true }), { cell: "/c/cell.toml", goal_mm: 0.15, check: 5, find: true });
+  assert.deepEqual(run_request({ ...wish, goal: " 0.15 mm" }), { cell: "/c/cell.toml", goal_mm: 0.15, check: 5 });
   assert.deepEqual(run_request({ ...wish, kind: "qualify", find: true }), { cell: "/c/cell.toml", kind: "qualify" });
   assert.deepEqual(run_request({ ...wish, kind: "update", find: true }), { cell: "/c/cell.toml", update: true });
   assert.deepEqual(run_request({ ...wish, kind: "check", load: " part " }), { cell: "/c/cell.toml", kind: "check", load: "part" });
@@ -153,6 +154,7 @@ test("drift is told against the oldest session that has the joint", () => {
   const row = (session: number, deg: number | null) => ({ session, ended: "", publish: true, fit_mm: 0, check_mm: 0, workspace_mm: 0,
     zeros: deg === null ? [] : [{ joint: "A1", deg, sigma_deg: 0.001 }] });
   assert.deepEqual(zero_changes([row(1, null), row(2, 0.5), row(3, 0.75)]), [{ joint: "A1", values: [null, 0, 0.25] }]);
+  assert.deepEqual(published([{ ...row(1, 0.1), publish: false }, row(2, 0.5)]), [row(2, 0.5)], "a withheld result is no drift");
 });
 
 test("the page has words for every state, advice and cause that a control chart has", () => {

@@ -36,8 +36,9 @@ export const off_mm = (chart: DriftChart): number | null => {
   return newest ? Math.hypot(...newest) : null;
 };
 
-const date_of = (seconds: number): string =>
-  seconds > 0 && seconds < LONGEST_S ? new Date(seconds * 1000).toISOString().slice(0, 10) : "–";
+/** Day in the browser's zone, as on the charts: "2026-12-01". */
+export const date_of = (seconds: number): string =>
+  seconds > 0 && seconds < LONGEST_S ? new Date(seconds * 1000).toLocaleDateString("sv-SE") : "–";
 
 function Acknowledged({ controller }: { controller: AdviceStatus }) {
   const { say, fmt } = useVoice();

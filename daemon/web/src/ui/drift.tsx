@@ -18,8 +18,12 @@ export function zero_changes(rows: DriftRow[]): { joint: string; values: (number
   });
 }
 
-export function Drift({ rows }: { rows: DriftRow[] }) {
+/** Withheld results, as of a first session with a few touches, show the priors: beside a calibration they would look like drift. */
+export const published = (rows: DriftRow[]): DriftRow[] => rows.filter((row) => row.publish);
+
+export function Drift({ rows: finished }: { rows: DriftRow[] }) {
   const { say } = useVoice();
+  const rows = useMemo(() => published(finished), [finished]);
   const x = useMemo(() => rows.map((row) => row.session), [rows]);
   const errors = useMemo((): Line[] => [
     { label: say("drift.fit"), colour: "fit", values: rows.map((row) => row.fit_mm) },

@@ -35,7 +35,7 @@ function Findings({ result }: { result: Result }) {
       <p>
         {say("result.predicted", { near: fmt.mm(result.near_targets_mm), all: fmt.mm(result.workspace_mm) })}
         {result.nominal_workspace_u_mm !== null && (
-          <>; {say("result.nominal", { all: fmt.mm(result.nominal_workspace_mm), u: fmt.mm(result.nominal_workspace_u_mm) })}</>
+          <>; {say("result.nominal", { all: fmt.size_mm(result.nominal_workspace_mm ?? 0, result.nominal_workspace_u_mm) })}</>
         )}.
       </p>
       <details open={!result.publish}>

@@ -4,7 +4,7 @@ import type { ComponentChildren } from "preact";
 import { useContext, useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import { begin, counts, type Clearance, type Start } from "../clearance";
 import { NOT_REFUSED } from "../request";
-import { resumable } from "../sentence";
+import { left_after, resumable } from "../sentence";
 import type { Kind, Role, Status } from "../types";
 import { SituationContext, useVoice } from "./context";
 import { useDialog } from "./dialog";
@@ -22,6 +22,8 @@ export interface Wish {
   load: string;
   find: boolean;
 }
+/** Of the goal, as the attribute "pattern": "0.15", "0,15 mm". */
+const LENGTH = "\\s*(\\d+([.,]\\d*)?|[.,]\\d+)\\s*(mm)?\\s*";
 /** A full calibration. */
 export const WHOLE: Wish = { kind: "calibrate", cell: "", touches: "100", check: "10", goal: "", load: "", find: false };
 
@@ -36,8 +38,7 @@ function request_of_kind(wish: Wish): Record<string, unknown> {
   if (wish.kind === "update") return { cell: wish.cell.trim(), update: true };
   if (wish.kind !== "calibrate") return { cell: wish.cell.trim(), kind: wish.kind };
   const body: Record<string, unknown> = { cell: wish.cell.trim(), check: Number(wish.check) };
-  const goal = Number(wish.goal.replace(",", "."));
-  if (wish.goal.trim() !== "") body.goal_mm = goal;
+  if (wish.goal.trim() !== "") body.goal_mm = Number(wish.goal.replace("mm", "").replace(",", "."));
   else body.touches = Number(wish.touches);
   if (wish.find) body.find = true;
   return body;
@@ -77,7 +78,7 @@ export function StartButtons({ status, role, last_cell, second, started, sign_ou
       {open === "resume" && left && (
         <ClearDialog title={say("resume.title", left)} go={say("start.resume.go")}
                      body={() => ({ resume: true })} done={done} close={close}>
-          <p>{say("resume.left", left)}</p>
+          <p>{say(left_after(left.total), left)}</p>
         </ClearDialog>
       )}
     </div>
@@ -93,9 +94,10 @@ export function StartDialog({ last_cell, preset, done, close }: {
     <label>
       {say(`start.${name}`)}
       <input name={name} type={kind} inputMode={name === "goal" ? "decimal" : undefined}
-             required={name === "cell"} min={name === "touches" ? 4 : 0} max={2000}
+             required={name !== "goal" && name !== "load"} min={name === "touches" ? 4 : 0} max={2000}
              value={wish[name]} placeholder={name === "cell" ? say("start.cell.hint") : undefined}
              disabled={name === "touches" && wish.goal.trim() !== ""}
+             pattern={name === "goal" ? LENGTH : undefined} title={name === "goal" ? say("start.goal") : undefined}
              onInput={(event) => become({ ...wish, [name]: event.currentTarget.value })} />
     </label>
   );

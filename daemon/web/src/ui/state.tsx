@@ -89,9 +89,16 @@ function Held({ status }: { status: Status }) {
   return held === "" ? null : <p><strong>{say("schedule")}:</strong> <span lang={lang}>{told.schedule?.held || held}</span></p>;
 }
 
+/** `why_ended`: of a session with a goal, whether that was reached, and what to do where not. */
 function Details({ status, outcome }: { status: Status; outcome: Outcome }) {
+  const { say } = useVoice();
   const [told, lang] = useTranslated(status, true);
-  return <OutcomeDetails outcome={told.outcome ?? outcome} lang={lang} />;
+  return (
+    <>
+      {told.why_ended !== "" && <p>{say("u95")}: <span lang={lang}>{told.why_ended}</span></p>}
+      <OutcomeDetails outcome={told.outcome ?? outcome} lang={lang} />
+    </>
+  );
 }
 
 function Waiting({ status }: { status: Status }) {
