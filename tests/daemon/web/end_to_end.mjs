@@ -42,6 +42,15 @@ const NONE = { calibrated: "standing.none", good: "standing.none", since: "stand
 const falling = (u95) => seq("u95", u95, said("progress.u95.goal", { goal: /0[.,]050 mm/ }));
 
 const sentence = (page) => page.locator(".sentence").innerText();
+/** Drift is of published calibrations; sessions 2 and 3 have too few touches for one. */
+async function drift_as_published(page) {
+  await page.route("**/v1/drift*", async (route) => {
+    const answer = await (await route.fetch()).json();
+    await route.fulfill({ json: { ...answer, sessions: answer.sessions.map((one) => ({ ...one, publish: true })) } });
+  });
+  await page.reload();
+  await page.getByRole("img", { name: "Drift over 2 sessions." }).first().waitFor(LONG);
+}
 /** Touches chosen one by one take some time; those of a plan are nearly instantaneous here. */
 async function start(page, { touches, check = 3, goal = "" }) {
   await page.getByRole("button", { name: "Start a session" }).click();
@@ -410,12 +419,7 @@ const steps = {
     await cell.client("run", "--cell", process.env.CELL, "--touches", "13", "--check", "3");
     await says(page, /Session 3 is done/);
     await page.getByText("Shown from the second published calibration").waitFor(LONG);
-    await page.route("**/v1/drift*", async (route) => {
-      const answer = await (await route.fetch()).json();
-      await route.fulfill({ json: { ...answer, sessions: answer.sessions.map((one) => ({ ...one, publish: true })) } });
-    });
-    await page.reload();
-    await page.getByRole("img", { name: "Drift over 2 sessions." }).first().waitFor(LONG);
+    await drift_as_published(page);
     await page.unroute("**/v1/drift*");
   },
 
@@ -599,7 +603,8 @@ const steps = {
     const page = await open();
     await says(page, /Session 3 is done/);
     await page.getByRole("img", { name: /Residuals of 16 touches/ }).waitFor(LONG);
-    await page.getByRole("img", { name: "Drift over 2 sessions." }).first().waitFor(LONG);
+    await drift_as_published(page);
+    await says(page, /Session 3 is done/);
     await page.locator(".canvas canvas").waitFor(LONG);
     for (const [width, height] of WIDTHS)
       for (const colorScheme of ["light", "dark"]) {
