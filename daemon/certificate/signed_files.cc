@@ -220,12 +220,16 @@ std::string fingerprint_of(const Key& key) {
   return calib::sha256(text_of(der.get()));
 }
 
+[[noreturn]] void refuse(const fs::path& path, int error, const std::string& remedy) {
+  throw KeyError(fmt::format("{}: {}. {}", path.string(), std::strerror(error), remedy));
+}
+
 class File {
  public:
-  File(const fs::path& path, int flags, const std::string& remedy, mode_t mode = 0)
-      : fd_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {
-    if (fd_ < 0)
-      throw KeyError(fmt::format("{}: {}. {}", path.string(), std::strerror(errno), remedy));
+  explicit File(int fd) : fd_(fd) {}
+  File(const fs::path& path, int flags, const std::string& remedy)
+      : File(::open(path.c_str(), flags | O_CLOEXEC)) {
+    if (fd_ < 0) refuse(path, errno, remedy);
   }
   ~File() { ::close(fd_); }
   File(const File&) = delete;
@@ -236,15 +240,22 @@ class File {
   int fd_;
 };
 
-void write_new(const fs::path& path, const std::string& text, mode_t mode) {
+/// Other rights help only where rights are missing: not against a read-only file system or a name too long.
+std::string remedy_of_new(const fs::path& path, int error) {
   const fs::path folder = fs::absolute(path).parent_path();
   std::error_code code;
-  const File file(path, O_WRONLY | O_CREAT | O_EXCL,
-                  fs::is_directory(folder, code)
-                      ? "Use sudo, or choose another place: --key FILE"
-                      : fmt::format("Create the folder {}, or choose another place: --key FILE",
-                                    folder.string()),
-                  mode);
+  if (error == EACCES || error == EPERM) return "Use sudo, or choose another place: --key FILE";
+  if (fs::is_directory(folder, code)) return "Choose another place: --key FILE";
+  return fmt::format("Create the folder {}, or choose another place: --key FILE", folder.string());
+}
+
+void write_new(const fs::path& path, const std::string& text, mode_t mode) {
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+  if (fd < 0) {
+    const int error = errno;
+    refuse(path, error, remedy_of_new(path, error));
+  }
+  const File file(fd);
   const bool whole =
       ::fchmod(file.get(), mode) == 0 &&
       ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
@@ -348,7 +359,12 @@ void make_key(const fs::path& key) {
   const Key made(EVP_PKEY_Q_keygen(nullptr, nullptr, "ED25519"));
   if (!made) throw KeyError(key.string() + ": OpenSSL made no key");
   write_new(key, private_pem(made), S_IRUSR | S_IWUSR);
-  write_new(public_part(key), public_pem(made), S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH);
+  try {
+    write_new(public_part(key), public_pem(made), S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH);
+  } catch (const KeyError&) {
+    ::unlink(key.c_str());  // half a pair would only refuse the next attempt
+    throw;
+  }
 }
 
 PrivateKey::PrivateKey(const fs::path& path) {

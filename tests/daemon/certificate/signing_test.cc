@@ -1,7 +1,11 @@
 // Signatures of files, and every way to invalidate them.
 
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -234,6 +238,39 @@ TEST_F(SignedFiles, NeedAKeyThatOnlyItsOwnerMayReadAndThatIsNeverWrittenOver) {
   }
   ::chmod((dir / "k").c_str(), 0400);
   EXPECT_EQ(refusal([&] { PrivateKey key(dir / "k"); }), "");
+}
+
+TEST_F(SignedFiles, AreNotToBeMadeWithOtherRightsWhereRightsDoNotHelp) {
+  const std::string words = refusal([&] { make_key(dir / std::string(300, 'k')); });
+  EXPECT_NE(words.find("File name too long. Choose another place: --key FILE"), std::string::npos)
+      << words;
+  EXPECT_NE(refusal([&] { make_key(dir / "no/k"); }).find("Create the folder "), std::string::npos);
+}
+
+TEST_F(SignedFiles, HaveNoKeyOnAReadOnlyFileSystemWhichRightsDoNotChange) {
+  enum { kAdvised, kOtherwise, kNotPermitted };
+  fs::create_directory(dir / "disk");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const bool mounted = ::unshare(CLONE_NEWNS | (::geteuid() == 0 ? 0 : CLONE_NEWUSER)) == 0 &&
+                         ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+                         ::mount("none", (dir / "disk").c_str(), "tmpfs", MS_RDONLY, nullptr) == 0;
+    const std::string words = mounted ? refusal([&] { make_key(dir / "disk/k"); }) : "";
+    const bool advised = words.ends_with("Read-only file system. Choose another place: --key FILE");
+    ::_exit(!mounted ? kNotPermitted : advised ? kAdvised : kOtherwise);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == kNotPermitted) GTEST_SKIP() << "mounting is not permitted here";
+  EXPECT_EQ(WEXITSTATUS(status), kAdvised);
+}
+
+TEST_F(SignedFiles, HaveBothPartsOfAKeyOrNone) {
+  const fs::path key = dir / std::string(253, 'k');  // 255 bytes are permitted, without ".pub"
+  EXPECT_NE(refusal([&] { make_key(key); }).find("File name too long"), std::string::npos);
+  EXPECT_FALSE(fs::exists(key));
 }
 
 TEST_F(SignedFiles, GoWithoutAKeyOnlyWhereThereIsNone) {
