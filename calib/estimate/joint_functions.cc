@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <ranges>
 
 #include "calib/estimate/discrepancy.h"
 #include "calib/model/error.h"
@@ -24,9 +23,8 @@ constexpr double kFunctionReaches[] = {3.0 * kRadPerDeg, 6.0 * kRadPerDeg, 12.0 
 constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec, kUsualFastRad = 5.0 * kRadPerArcsec,
                  kUsualJointNoiseRad = 3.0 * kRadPerArcsec;
 constexpr double kPriorFreedom = 1.0, kFreedomOfOne = 4.0;
-/// Gain of log likelihood, over ripple and noise of any size, above which measured positions show functions:
-/// between few angles, far apart, these differ from ripple in nothing but what they leave at others. Touches are of
-/// more postures, and one row of each hardly tells ripple from noise.
+/// Gain of log likelihood, over ripple and noise of any size, above which the joints have functions:
+/// between few angles, far apart, these differ from ripple in nothing but what they leave at others.
 constexpr double kGainOverRipple = 4.0;
 /// Gain of log likelihood by a joint's fast orders, above which it has them.
 constexpr double kGainOfFastOrders = 5.0;
@@ -354,10 +352,8 @@ std::optional<Robot> size_functions(const Problem& problem, const Repeats& repea
     best = std::move(c);
     reach_rad = reach;
   }
-  const auto is_position = [&](std::size_t i) { return e.use[i] && problem.place_rows(i) > 1; };
-  const bool positions = std::ranges::any_of(std::views::iota(0U, e.use.size()), is_position);
   if (reach_rad == 0.0 ||
-      (positions && !(best.log_likelihood - sizing.sized({}).log_likelihood > kGainOverRipple)))
+      !(best.log_likelihood - sizing.sized({}).log_likelihood > kGainOverRipple))
     return std::nullopt;
   Robot robot = problem.arm().robot();
   for (std::size_t k = 0; k < slow.size(); ++k) {
