@@ -23,9 +23,6 @@ constexpr double kFunctionReaches[] = {3.0 * kRadPerDeg, 6.0 * kRadPerDeg, 12.0 
 constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec, kUsualFastRad = 5.0 * kRadPerArcsec,
                  kUsualJointNoiseRad = 3.0 * kRadPerArcsec;
 constexpr double kPriorFreedom = 1.0, kFreedomOfOne = 4.0;
-/// Gain of log likelihood, over ripple and noise of any size, above which the joints have functions:
-/// between few angles, far apart, these differ from ripple in nothing but what they leave at others.
-constexpr double kGainOverRipple = 4.0;
 /// Gain of log likelihood by a joint's fast orders, above which it has them.
 constexpr double kGainOfFastOrders = 5.0;
 /// Maximum number of rows for the sizes.
@@ -352,9 +349,7 @@ std::optional<Robot> size_functions(const Problem& problem, const Repeats& repea
     best = std::move(c);
     reach_rad = reach;
   }
-  if (reach_rad == 0.0 ||
-      !(best.log_likelihood - sizing.sized({}).log_likelihood > kGainOverRipple))
-    return std::nullopt;
+  if (reach_rad == 0.0) return std::nullopt;
   Robot robot = problem.arm().robot();
   for (std::size_t k = 0; k < slow.size(); ++k) {
     Joint& joint = robot.joints[slow[k].joint];

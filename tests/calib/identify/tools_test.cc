@@ -13,7 +13,6 @@
 #include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "tests/calib/findings.h"
-#include "tests/calib/identify/judged.h"
 #include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
@@ -142,20 +141,6 @@ TEST(Tools, ReadAtOnePostureDoNotMakeItsErrorsKnownBetter) {
       if (touch.tool.empty()) of_first.push_back(touch);
     const Calibration all = identify(made.cell, made.touches), one = identify(made.cell, of_first);
     EXPECT_GT(all.predicted_workspace_m, 0.95 * one.predicted_workspace_m) << seed;
-  }
-}
-
-TEST(Tools, AnglesThatAreReadBadlyHaveNoFunctions) {
-  constexpr double kReadRad = 200.0 * kRadPerArcsec;
-  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
-    Reflectors made(30, seed, 1e-9);
-    Random random(seed);
-    for (std::size_t i = 0; i + 2 < made.touches.size(); i += 3) {  // the reflectors of one posture
-      JointVector read = made.touches[i].joint_rad;
-      for (double& angle : read) angle += kReadRad * random.normal();
-      for (std::size_t k = 0; k < 3; ++k) made.touches[i + k].joint_rad = read;
-    }
-    EXPECT_FALSE(testing::has_functions(identify(made.cell, made.touches))) << seed;
   }
 }
 
