@@ -36,17 +36,11 @@ bool defines(const KrlFile& file) {
   return false;
 }
 
-bool is_configuration(const std::string& name) {
-  return name == "$config.dat" || name == "$machine.dat";
-}
-
-/// Options keep data of their own, binary, of long lines or large, in files named .dat; other tools UTF-16 and binary
-/// data (macOS "._NAME") in files named .src.
+/// Options keep data of their own, binary or of long lines, in files named .dat; other tools UTF-16 and binary data
+/// (macOS "._NAME") in files named .src.
 bool is_no_krl(const KrlFile& file) {
   const std::string name = calib::krl::lower_name(file.name);
-  if (is_configuration(name)) return false;
-  if (file.text.size() > calib::krl::kMostBytes) return true;
-  if (defines(file)) return false;
+  if (name == "$config.dat" || name == "$machine.dat" || defines(file)) return false;
   if (file.text.find('\0') != std::string::npos) return true;
   if (name.starts_with('$')) return false;
   try {
@@ -55,6 +49,17 @@ bool is_no_krl(const KrlFile& file) {
   } catch (const calib::FileError&) {
     return true;
   }
+}
+
+/// Path without the extension.
+std::string module_of(const KrlFile& file) {
+  return calib::krl::lower_case(fs::path(file.name).replace_extension().string());
+}
+
+/// `programs`: the modules with statements. What a program or the system states cannot be left: others may depend on it.
+bool may_be_left(const KrlFile& file, const std::set<std::string>& programs) {
+  const std::string name = calib::krl::lower_name(file.name);
+  return name.ends_with(".dat") && !name.starts_with('$') && !programs.contains(module_of(file));
 }
 
 /// True for the files in `backup` to be read.
@@ -68,14 +73,8 @@ Backup read_folder(const fs::path& folder) {
   std::size_t bytes = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (!takes(backup, entry.path().string()) || !entry.is_regular_file()) continue;
-    std::string name = fs::relative(entry.path(), folder).string();
-    if (entry.file_size() > calib::krl::kMostBytes &&
-        !is_configuration(calib::krl::lower_name(name))) {
-      backup.others.push_back(std::move(name));
-      continue;
-    }
-    backup.files.push_back(
-        {std::move(name), calib::read_file(entry.path(), calib::krl::kMostBytes)});
+    backup.files.push_back({fs::relative(entry.path(), folder).string(),
+                            calib::read_file(entry.path(), kMostBackupBytes)});
     bytes += backup.files.back().text.size();
     if (backup.files.size() > kMostBackupFiles || bytes > kMostBackupBytes)
       throw calib::FileError(folder.string(), ": more than 10000 KRL files, or 256 MB of them");
@@ -162,10 +161,14 @@ bool is_of_the_controllers_side(const std::string& path) {
 Backup read_backup(const fs::path& place) {
   Backup backup = fs::is_directory(place) ? read_folder(place) : read_zip(place);
   std::ranges::sort(backup.files, {}, &KrlFile::name);
+  std::set<std::string> programs;
+  for (const KrlFile& file : backup.files)
+    if (!calib::krl::lower_name(file.name).ends_with(".dat")) programs.insert(module_of(file));
   std::erase_if(backup.files, [&](const KrlFile& file) {
-    const bool other = is_no_krl(file);
-    if (other) backup.others.push_back(file.name);
-    return other;
+    const bool large = file.text.size() > calib::krl::kMostBytes;
+    const bool left = large ? may_be_left(file, programs) : is_no_krl(file);
+    if (left) (large ? backup.large : backup.others).push_back(file.name);
+    return left;
   });
   refuse_two_robots(place.string(), backup.files);
   return backup;

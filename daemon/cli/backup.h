@@ -16,6 +16,7 @@ namespace cellcal::daemon {
 struct Backup {
   std::vector<calib::krl::KrlFile> files;
   std::vector<std::string> others;  ///< paths of those that are no KRL, as options have
+  std::vector<std::string> large;   ///< paths of .dat files above the limit of KRL that are no program's
   std::string archive;              ///< a ZIP archive in it; empty: none
 };
 /// Throws calib::FileError if it cannot be read, has more files than a controller, or two $config.dat, $machine.dat or

@@ -142,6 +142,7 @@ krl::BackupFiles programs_of(const CorrectCommand& command, Backup& backup) {
 std::vector<krl::LeftPoint> files_left(const Backup& backup) {
   std::vector<krl::LeftPoint> left;
   for (const std::string& file : backup.others) left.push_back({file, "no readable KRL"});
+  for (const std::string& file : backup.large) left.push_back({file, "above 16 MB"});
   return left;
 }
 
