@@ -341,6 +341,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
              {"version", calib::software_version()},
              {"schedule", to_json(status.schedule, language)},
              {"anew", status.anew},
+             {"resumable", status.resumable()},
              {"interrupted", nullptr},
              {"failure", nullptr}};
   if (status.interrupted) {
@@ -350,6 +351,7 @@ std::string status_to_json(const Status& status, const calib::Language& language
                             {"started", status.interrupted->started},
                             {"ending", to_string(status.interrupted->ending)},
                             {"anew", status.interrupted->anew},
+                            {"resumable", status.interrupted->resumable()},
                             {"kind", status.interrupted->kind},
                             {"failure", nullptr}};
     if (const auto& why = status.interrupted->failure)

@@ -4,12 +4,9 @@
 #include <pwd.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <csignal>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <string_view>
 #include <thread>
 
 #include "calib/files/calibration_json.h"
@@ -22,7 +19,6 @@
 #include "daemon/cli/progress.h"
 #include "daemon/doctor/wires.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/session/failure.h"
 #include "daemon/session/interruption.h"
 #include "daemon/tasks/options.h"
 
@@ -49,18 +45,12 @@ void catch_interrupts() {
   ::sigaction(SIGINT, &interrupt, nullptr);
 }
 
-/// Resumed with the stored cell file and touches, a session ends in these again: a new one follows.
-constexpr std::array<std::string_view, 3> kFailsAgain{to_string(FailureKind::kNotFound),
-                                                      to_string(FailureKind::kPlanChanged),
-                                                      to_string(FailureKind::kIdentify)};
-
 /// How to go on after a session that is not done.
 calib::Phrase then_of(const json& session) {
   const std::string anew = text_in(session, "anew"), failure = text_in(session, "failure");
   if (!anew.empty()) return {"say.cli.then.anew", {{"command", anew}}};
-  if (std::ranges::find(kFailsAgain, failure) != kFailsAgain.end())
-    return calib::Phrase(say("failure." + failure) + " " + say("do." + failure));
-  return "say.cli.then.resume";
+  if (session.value("resumable", true)) return "say.cli.then.resume";
+  return calib::Phrase(say("failure." + failure) + " " + say("do." + failure));
 }
 
 std::string session_path(std::int64_t session) { return fmt::format("/v1/sessions/{}", session); }

@@ -89,7 +89,7 @@ struct Copy {
 };
 
 /// TOOL_DATA[1]={FRAME: X 1.0,...} in a module's first routine, before it moves, calls a routine that may move, or jumps,
-/// and while another frame is in force: for its motions this is the number's value if nothing else changes it.
+/// and while another frame is in force: for its motions this is the number's value if no statement makes it another.
 struct AssignedFrame {
   std::size_t module = 0;
   bool tool = false;  ///< else a base

@@ -53,6 +53,8 @@ struct InterruptedSession {
   std::string anew;                                ///< as Status::anew
   std::string kind = "calibrate";                  ///< likewise
   std::optional<FailureKind> failure{};            ///< none: interrupted, or aborted by a person
+
+  bool resumable() const { return anew.empty() && !(failure && fails_again(*failure)); }
 };
 
 /// Links that a session waits for before its first move.
@@ -122,6 +124,12 @@ struct Status {
   /// None before the first session has opened its devices. In service.status() newer than `seq`: continuously
   /// varying figures do not count as a change.
   std::shared_ptr<const LinkReport> links;
+
+  /// `session` ended unfinished, and a resume goes on with it.
+  bool resumable() const {
+    const bool unfinished = phase == Phase::kFailed || phase == Phase::kAborted;
+    return unfinished && session > 0 && anew.empty() && !(failure && fails_again(failure->kind));
+  }
 };
 
 // Motion of the arm as reported by the newest controller packet; nothing is extrapolated beyond that packet.

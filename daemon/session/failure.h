@@ -47,6 +47,12 @@ enum class FailureKind {
 /// "no-contact", as used by the journal and the API.
 constexpr const char* to_string(FailureKind kind) { return own_name<'-'>(kind); }
 
+/// Resumed with the stored cell file and touches, a session ends in these again: a new one follows.
+constexpr bool fails_again(FailureKind kind) {
+  using enum FailureKind;
+  return kind == kNotFound || kind == kPlanChanged || kind == kIdentify;
+}
+
 struct Failure {
   FailureKind kind = FailureKind::kUnexpectedEvent;
   calib::Phrase detail;

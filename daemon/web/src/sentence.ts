@@ -116,25 +116,11 @@ export function sentence(status: Status, say: Say): string {
   });
 }
 
-/** With the same cell file and the same touches they end a resumed session again. */
-const FAILS_AGAIN: readonly (FailureKind | undefined)[] = ["not-found", "plan-changed", "identify"];
-
-/** The newest session is of a kind, or of a failure, that is followed by a new one. */
-const is_begun_anew = ({ interrupted, anew, failure }: Status): boolean =>
-  (interrupted?.anew ?? anew) !== "" || FAILS_AGAIN.includes((interrupted ? interrupted.failure : failure?.kind) ?? undefined);
-
-/** How to go on after a session that failed, was aborted or interrupted. */
-export const then_words = (status: Status, say: Say): string => say(is_begun_anew(status) ? "do.then.anew" : "do.then.resume");
-
 /** Unfinished newest session, also of an earlier run of the daemon, unless a new one follows it. */
 export function resumable(status: Status): { session: number; n: number; total: number } | null {
-  if (is_begun_anew(status)) return null;
-  if (status.interrupted) {
-    const { session, touches, planned } = status.interrupted;
-    return { session, n: touches, total: planned };
-  }
-  const ended = status.phase === "failed" || status.phase === "aborted";
-  return ended && status.session > 0
-    ? { session: status.session, n: status.touches, total: status.planned }
-    : null;
+  const { session, touches, planned, resumable } = status.interrupted ?? status;
+  return resumable ? { session, n: touches, total: planned } : null;
 }
+
+/** How to go on after a session that failed, was aborted or interrupted. */
+export const then_words = (status: Status, say: Say): string => say(resumable(status) ? "do.then.resume" : "do.then.anew");

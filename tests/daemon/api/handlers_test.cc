@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "tests/daemon/api/without_hardware.h"
@@ -72,6 +73,41 @@ TEST_F(AnApi, TellsOfTheSessionThatAKilledDaemonLeft) {
   EXPECT_EQ(status["interrupted"]["ending"], "interrupted");
   EXPECT_EQ(status["interrupted"]["started"], "2026-01-01T00:00:00.000Z");
   EXPECT_TRUE(json::parse(status_to_json(service.status()))["interrupted"].is_null());
+}
+
+TEST(AStatus, NamesWhetherAResumeGoesOnWithTheSession) {
+  const auto resumable = [](const Status& status) {
+    const json all = json::parse(status_to_json(status));
+    return status.interrupted ? all["interrupted"]["resumable"] : all["resumable"];
+  };
+  const auto ended = [](Phase phase, const std::string& anew = {}) {
+    Status status;
+    status.session = 3;
+    status.phase = phase;
+    status.anew = anew;
+    return status;
+  };
+  const auto left = [](const std::string& anew = {}) {
+    Status status;
+    status.interrupted.emplace().anew = anew;
+    return status;
+  };
+  EXPECT_EQ(resumable({}), false);
+  EXPECT_EQ(resumable(ended(Phase::kDone)), false);
+  EXPECT_EQ(resumable(ended(Phase::kAborted)), true);
+  EXPECT_EQ(resumable(ended(Phase::kAborted, "cellcal check")), false);
+  EXPECT_EQ(resumable(left()), true);
+  EXPECT_EQ(resumable(left("cellcal check")), false);
+  std::set<FailureKind> again;
+  for (const FailureKind kind : all_values<FailureKind>()) {
+    Status failed = ended(Phase::kFailed), before = left();
+    failed.failure = Failure{kind, {}};
+    before.interrupted->failure = kind;
+    EXPECT_EQ(resumable(failed), resumable(before)) << to_string(kind);
+    if (resumable(failed) == false) again.insert(kind);
+  }
+  EXPECT_EQ(again,
+            (std::set{FailureKind::kNotFound, FailureKind::kPlanChanged, FailureKind::kIdentify}));
 }
 
 TEST_F(AnApi, BeginsNoSessionWhileSomethingElseHasTheDevices) {

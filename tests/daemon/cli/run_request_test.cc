@@ -159,13 +159,14 @@ TEST_F(AnAnswer, OfTheStatusNamesWhatFollowsALeftSession) {
   json left{{"session", 3}, {"started", "2026-11-28"}, {"kind", "calibrate"},
             {"touches", 5}, {"planned", 48},           {"ending", "failed"},
             {"anew", ""},   {"failure", nullptr}};
-  const auto said_of = [&](const char* failure) {
+  const auto said_of = [&](const char* failure, bool resumable) {
     left["failure"] = failure;
+    left["resumable"] = resumable;
     answers_["/v1/status"] = {{"session", 0}, {"phase", "idle"}, {"interrupted", left}};
     return said({"status"});
   };
-  EXPECT_NE(said_of("device").find("'cellcal run --resume'"), std::string::npos);
-  EXPECT_NE(said_of("a-later-kind").find("'cellcal run --resume'"), std::string::npos);
+  EXPECT_NE(said_of("device", true).find("'cellcal run --resume'"), std::string::npos);
+  EXPECT_NE(said_of("a-later-kind", true).find("'cellcal run --resume'"), std::string::npos);
   for (
       const auto& [failure, then] :
       {std::pair(
@@ -173,7 +174,7 @@ TEST_F(AnAnswer, OfTheStatusNamesWhatFollowsALeftSession) {
            "A sphere was not located. Measure its centre, correct the cell file, then start a new session."),
        std::pair("plan-changed", "Start a new session."),
        std::pair("identify", "Make more touches, ")}) {
-    const std::string words = said_of(failure);
+    const std::string words = said_of(failure, false);
     EXPECT_NE(words.find(then), std::string::npos) << words;
     EXPECT_EQ(words.find("--resume"), std::string::npos) << words;
   }

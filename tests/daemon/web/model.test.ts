@@ -3,7 +3,7 @@ import { test } from "node:test";
 import * as decode from "../src/decode";
 import { formats } from "../src/format";
 import { EMPTY, OLD_AFTER_MS, answered, age_ms, lacks_touches, measured_posture, silent, with_posture, with_status, with_touches, without_token } from "../src/model";
-import { mood, motion, motion_words, resumable, sentence } from "../src/sentence";
+import { mood, motion, motion_words, resumable, sentence, then_words } from "../src/sentence";
 import * as api from "../generated/api";
 import type { RobotLink } from "../src/types";
 import { robot_is_good } from "../src/ui/links";
@@ -123,18 +123,13 @@ test("a robot's link is good only with enough packets for their cycle, and never
 });
 
 test("what can be gone on with is what was left, failed or aborted", () => {
-  assert.equal(resumable(of({ phase: "idle", session: 0 })), null);
-  assert.equal(resumable(of({ phase: "done" })), null);
-  assert.equal(resumable(of({ phase: "aborted" }))?.session, 3);
-  assert.equal(resumable(of({ phase: "aborted", anew: "cellcal check" })), null, "of a kind that is not resumed");
-  const left = { session: 2, touches: 5, planned: 9, started: "", ending: "interrupted", anew: "" };
-  assert.deepEqual(resumable(of({ phase: "idle", session: 0, interrupted: left })), { session: 2, n: 5, total: 9 });
-  assert.equal(resumable(of({ phase: "idle", session: 0, interrupted: { ...left, anew: "cellcal check" } })), null);
-  for (const kind of FAILURES) {
-    const again = ["not-found", "plan-changed", "identify"].includes(kind);
-    assert.equal(resumable(of({ phase: "failed", failure: { kind, detail: "" } })) === null, again, kind);
-    assert.equal(resumable(of({ phase: "idle", session: 0, interrupted: { ...left, failure: kind } })) === null, again, kind);
-  }
+  assert.equal(resumable(of({ phase: "idle", session: 0, resumable: false })), null);
+  assert.equal(resumable(of({ phase: "aborted", resumable: true }))?.session, 3);
+  const left = { session: 2, touches: 5, planned: 9, started: "", ending: "interrupted", anew: "", resumable: true };
+  const idle = (interrupted: object) => of({ phase: "idle", session: 0, resumable: false, interrupted });
+  assert.deepEqual(resumable(idle(left)), { session: 2, n: 5, total: 9 });
+  assert.equal(resumable(idle({ ...left, resumable: false })), null);
+  assert.notEqual(then_words(idle(left), speaker("en")), then_words(idle({ ...left, resumable: false }), speaker("en")));
 });
 
 test("a session that an earlier run of the daemon left is the page's sentence, and not calm", () => {
